@@ -1,0 +1,2 @@
+//! The controller.
+#![no_std]
