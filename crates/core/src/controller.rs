@@ -1,0 +1,587 @@
+//! The controller: N axes and one coordinator, one function a tick.
+
+use crate::background::MoveRequest;
+use crate::command::{Accepted, Command, Refusal};
+use crate::compensate::ErrorMap;
+use crate::design::{AxisConfig, Config, GLIDE_BITS};
+use crate::drive::StepDrive;
+use crate::edge::{Inputs, Outputs};
+use crate::guard::{self, Guard, Watch};
+use crate::machine::homing::{Found, Homing};
+use crate::machine::{Event, State, Stop, transition};
+use crate::plan::{LinePlan, Path, Ramp};
+use crate::publish::{AxisStatus, Fault, HomeReport, MoveReport, Outcome, Status};
+use crate::sense::{Sense, Sensed};
+use crate::servo::IncrementalPid;
+use crate::units::Pos;
+
+/// One axis: sense, guard, compensate, servo, drive.
+#[derive(Clone, Copy, Debug)]
+struct Axis {
+    config: AxisConfig,
+    sense: Sense,
+    guard: Guard,
+    map: Option<ErrorMap>,
+    servo: IncrementalPid,
+    drive: StepDrive,
+    homing: Option<Homing>,
+    glide: Glide,
+    /// Set-point of the last tick, scale frame.
+    set_point: Pos,
+    homed: bool,
+    found: Option<Found>,
+    home: HomeReport,
+    sensed: Sensed,
+    illegal: u32,
+    glitches: u32,
+}
+
+/// A set-point in the scale frame that moves at a wanted speed, for homing: the zero is not known yet, so there is no
+/// stage frame and no path.
+#[derive(Clone, Copy, Debug, Default)]
+struct Glide {
+    ramp: Ramp,
+    wanted: i64,
+    /// Part of a picometre left over, [`GLIDE_BITS`] fractional bits.
+    rest: i64,
+}
+
+/// Where a move stands.
+#[derive(Clone, Copy, Debug)]
+struct CurrentMove<const N: usize> {
+    report: MoveReport,
+    began: u32,
+    path_ended: u32,
+    /// Since when all axes have been inside their windows.
+    inside_since: Option<u32>,
+    /// Still wants a plan to these places.
+    wants_plan: bool,
+}
+
+/// The whole controller of a stage of N axes. See the crate's first page.
+#[derive(Clone, Debug)]
+pub struct Controller<const N: usize> {
+    config: Config<N>,
+    axes: [Axis; N],
+    state: State,
+    fault: Option<Fault>,
+    path: Path<N>,
+    target: [Pos; N],
+    current: Option<CurrentMove<N>>,
+    last_move: Option<MoveReport>,
+    move_number: u32,
+    last_tick: Option<u32>,
+    status: Status<N>,
+}
+
+impl<const N: usize> Controller<N> {
+    /// A controller that has just been switched on: drives off, nothing homed.
+    pub fn new(config: Config<N>) -> Self {
+        Self {
+            config,
+            axes: config.axes.map(Axis::new),
+            state: State::Off,
+            fault: None,
+            path: Path::holding([Pos::ZERO; N]),
+            target: [Pos::ZERO; N],
+            current: None,
+            last_move: None,
+            move_number: 0,
+            last_tick: None,
+            status: Status {
+                tick: 0,
+                state: State::Off,
+                fault: None,
+                move_number: 0,
+                last_move: None,
+                axes: [AxisStatus::default(); N],
+            },
+        }
+    }
+
+    /// One tick, at the servo rate; bounded time, never fails.
+    pub fn tick(&mut self, inputs: &Inputs<N>) -> Outputs<N> {
+        self.sense(inputs);
+        self.guard(inputs);
+        self.machine(inputs.tick);
+        let stage = self.plan(inputs.tick);
+        self.compensate(&stage);
+        let speeds = self.servo();
+        let outputs = self.drive(&speeds);
+        self.publish(inputs.tick);
+        outputs
+    }
+
+    /// Takes or refuses a request; never blocks. Busy holds from this instant.
+    ///
+    /// # Errors
+    /// A [`Refusal`] says why nothing was done.
+    pub fn command(&mut self, command: Command<N>) -> Result<Accepted, Refusal> {
+        match command {
+            Command::Enable => self.request(Event::Enable)?,
+            Command::Disable => self.disable(),
+            Command::Home => self.request(Event::Home)?,
+            Command::MoveTo(to) => self.begin_move(to)?,
+            Command::MoveBy(way) => self.begin_move(self.beyond_target(&way))?,
+            // A stage that stands has already stopped.
+            Command::Stop => _ = self.happen(Event::Stop),
+            Command::Reset => _ = self.happen(Event::Reset),
+        }
+        Ok(Accepted { move_number: self.move_number })
+    }
+
+    /// The snapshot of the last tick; never touches the loop.
+    pub fn status(&self) -> Status<N> {
+        Status { state: self.state, fault: self.fault, move_number: self.move_number, ..self.status }
+    }
+
+    /// Limits, window and rates in use.
+    pub fn config(&self) -> &Config<N> {
+        &self.config
+    }
+
+    /// Puts an error map in use, or none; the stage does not move by it.
+    ///
+    /// # Errors
+    /// While the stage moves.
+    pub fn set_error_map(&mut self, axis: usize, map: Option<ErrorMap>) -> Result<(), Refusal> {
+        if self.state.is_busy() {
+            return Err(Refusal::Busy(self.state));
+        }
+        if let Some(axis) = self.axes.get_mut(axis) {
+            axis.map = map;
+        }
+        if self.state == State::Ready {
+            // The table stays; the place where it stands gets its true name.
+            self.hold_set_point();
+        }
+        Ok(())
+    }
+
+    /// The move that waits for a plan, if one does; see [`crate::background`].
+    pub fn wanted_plan(&self) -> Option<MoveRequest<N>> {
+        let current = self.current.filter(|current| current.wants_plan && self.state == State::Moving)?;
+        Some(MoveRequest {
+            number: current.report.number,
+            from: self.path.set_point(),
+            to: self.target,
+            limits: self.config.axes.map(|axis| axis.limits),
+            asked_at: current.began,
+        })
+    }
+
+    /// Hands over the plan of move `number`, to begin at tick `start`. A plan of another move is dropped.
+    pub fn take_plan(&mut self, number: u32, plan: LinePlan<N>, start: u32) {
+        if let Some(current) = self.current.as_mut().filter(|current| current.report.number == number) {
+            current.wants_plan = false;
+            self.path.follow(plan, start);
+        }
+    }
+
+    // ---- sense -------------------------------------------------------------------------------------------------
+
+    fn sense(&mut self, inputs: &Inputs<N>) {
+        for (axis, inputs) in self.axes.iter_mut().zip(&inputs.axes) {
+            axis.sensed = axis.sense.read(inputs, &axis.config.sense);
+            axis.illegal = axis.illegal.saturating_add(u32::from(axis.sensed.illegal));
+            axis.glitches = axis.glitches.saturating_add(u32::from(axis.sensed.glitches));
+        }
+    }
+
+    // ---- guard -------------------------------------------------------------------------------------------------
+
+    fn guard(&mut self, inputs: &Inputs<N>) {
+        let expected = self.last_tick.map(|tick| tick.wrapping_add(1));
+        self.last_tick = Some(inputs.tick);
+        let host_timeout = if self.state.is_on() { self.config.host_timeout_ticks } else { 0 };
+        let mut fault = guard::judge_shared(inputs, expected, host_timeout);
+        let (on, homing) = (self.state.is_on(), self.axes.iter().any(|axis| axis.homing.is_some()));
+        for (number, axis) in self.axes.iter_mut().enumerate() {
+            let watch = Watch { set_point: axis.set_point, on, homing, homed: axis.homed };
+            // Every guard runs every tick: they remember.
+            fault = fault.or(axis.guard.judge(number, &axis.sensed, &watch, &axis.config.guard));
+        }
+        if let Some(fault) = fault {
+            self.fail(fault);
+        }
+    }
+
+    fn fail(&mut self, fault: Fault) {
+        // The first fault explains; what follows from it does not.
+        let first = self.fault.is_none();
+        let event = if fault.allows_braking() { Event::ControlledFault } else { Event::CutFault };
+        let worse = !fault.allows_braking() && self.state.is_on();
+        if first || worse {
+            self.fault.get_or_insert(fault);
+            _ = self.happen(event);
+        }
+    }
+
+    // ---- machine -----------------------------------------------------------------------------------------------
+
+    fn machine(&mut self, tick: u32) {
+        match self.state {
+            State::Homing => self.home(),
+            State::Moving if self.path_ended() => self.end_path(tick),
+            State::Settling => self.settle(tick),
+            State::Stopping => self.halt(),
+            _ => {}
+        }
+    }
+
+    /// One row of the table, if there is one. Returns whether there was.
+    fn happen(&mut self, event: Event) -> bool {
+        let Some(row) = transition(self.state, event) else {
+            return false;
+        };
+        let was_on = self.state.is_on();
+        match row.stop {
+            Stop::None => {}
+            Stop::Controlled => self.brake(),
+            Stop::Cut => self.cut(),
+        }
+        self.state = row.to;
+        match row.to {
+            State::Homing => self.begin_homing(was_on),
+            State::Ready if !was_on => self.hold_reading(),
+            State::Off => {
+                self.fault = None;
+            }
+            _ => {}
+        }
+        true
+    }
+
+    fn request(&mut self, event: Event) -> Result<(), Refusal> {
+        if self.happen(event) || (event == Event::Enable && self.state == State::Ready) {
+            return Ok(());
+        }
+        Err(self.refusal())
+    }
+
+    fn refusal(&self) -> Refusal {
+        match (self.state, self.fault) {
+            (State::Off, _) => Refusal::DrivesOff,
+            (State::Fault, Some(fault)) => Refusal::InFault(fault),
+            (state, _) => Refusal::Busy(state),
+        }
+    }
+
+    fn disable(&mut self) {
+        // After a fault the drives are off already, and the reason stays until the reset.
+        _ = self.happen(Event::Disable);
+    }
+
+    fn begin_move(&mut self, to: [Pos; N]) -> Result<(), Refusal> {
+        if transition(self.state, Event::Move).is_none() {
+            return Err(self.refusal());
+        }
+        self.check_target(&to)?;
+        _ = self.happen(Event::Move);
+        self.target = to;
+        self.move_number = self.move_number.wrapping_add(1);
+        let number = self.move_number;
+        let report = MoveReport { number, outcome: Outcome::Aborted, path_ticks: 0, settle_ticks: 0 };
+        let began = self.last_tick.unwrap_or(0);
+        self.current =
+            Some(CurrentMove { report, began, path_ended: began, inside_since: None, wants_plan: true });
+        Ok(())
+    }
+
+    fn check_target(&self, to: &[Pos; N]) -> Result<(), Refusal> {
+        for (number, (axis, &asked)) in self.axes.iter().zip(to).enumerate() {
+            if !axis.homed {
+                return Err(Refusal::NotHomed);
+            }
+            let (low, high) = (axis.config.low, axis.config.high);
+            if asked < low || asked > high {
+                return Err(Refusal::OutOfTravel { axis: number, asked, low, high });
+            }
+        }
+        Ok(())
+    }
+
+    fn beyond_target(&self, way: &[Pos; N]) -> [Pos; N] {
+        let mut to = self.target;
+        for (to, &way) in to.iter_mut().zip(way) {
+            *to = *to + way;
+        }
+        to
+    }
+
+    fn begin_homing(&mut self, was_on: bool) {
+        for axis in &mut self.axes {
+            axis.begin_homing(was_on);
+        }
+    }
+
+    fn home(&mut self) {
+        let mut failed = None;
+        for (number, axis) in self.axes.iter_mut().enumerate() {
+            if let Some(homing) = axis.homing.as_mut() {
+                match homing.tick(&axis.sensed, &axis.config.homing) {
+                    Ok(speed) => axis.glide.wanted = speed,
+                    Err(failure) => failed = failed.or(Some(Fault::Homing { axis: number, failure })),
+                }
+            }
+        }
+        if let Some(fault) = failed {
+            self.fail(fault);
+        } else if self.axes.iter().all(Axis::has_homed) {
+            for axis in &mut self.axes {
+                axis.end_homing();
+            }
+            _ = self.happen(Event::Homed);
+            self.hold_set_point();
+        }
+    }
+
+    fn path_ended(&self) -> bool {
+        self.path.is_holding() && self.current.is_some_and(|current| !current.wants_plan)
+    }
+
+    fn end_path(&mut self, tick: u32) {
+        if let Some(current) = self.current.as_mut() {
+            current.path_ended = tick;
+            current.report.path_ticks = tick.wrapping_sub(current.began);
+        }
+        _ = self.happen(Event::PathEnd);
+    }
+
+    /// Done means measured: all axes inside their windows for the dwell time.
+    fn settle(&mut self, tick: u32) {
+        let inside = self.axes.iter().all(Axis::is_inside);
+        let Some(current) = self.current.as_mut() else {
+            return;
+        };
+        let since = if inside { Some(current.inside_since.unwrap_or(tick)) } else { None };
+        current.inside_since = since;
+        let dwelt = since.is_some_and(|since| tick.wrapping_sub(since) >= self.config.dwell_ticks);
+        if dwelt {
+            current.report.settle_ticks = since.unwrap_or(tick).wrapping_sub(current.path_ended);
+            self.end_move(Outcome::Arrived);
+            _ = self.happen(Event::InPosition);
+        } else if tick.wrapping_sub(current.path_ended) > self.config.settle_timeout_ticks {
+            current.report.settle_ticks = tick.wrapping_sub(current.path_ended);
+            self.end_move(Outcome::NotArrived);
+            _ = self.happen(Event::TimedOut);
+        }
+    }
+
+    fn halt(&mut self) {
+        let stands = self.path.is_holding() && self.axes.iter().all(|axis| axis.glide.ramp.is_at_rest());
+        if !stands {
+            return;
+        }
+        for axis in &mut self.axes {
+            axis.homing = None;
+        }
+        if self.fault.is_some() {
+            _ = self.happen(Event::HaltedInFault);
+        } else {
+            self.end_move(Outcome::Stopped);
+            _ = self.happen(Event::Halted);
+            self.hold_reading();
+        }
+    }
+
+    fn end_move(&mut self, outcome: Outcome) {
+        if let Some(current) = self.current.take() {
+            self.last_move = Some(MoveReport { outcome, ..current.report });
+        }
+    }
+
+    fn brake(&mut self) {
+        self.path.brake();
+        for axis in &mut self.axes {
+            axis.glide.wanted = 0;
+        }
+    }
+
+    fn cut(&mut self) {
+        self.end_move(Outcome::Aborted);
+        for axis in &mut self.axes {
+            axis.homing = None;
+            axis.glide = Glide::default();
+        }
+        self.path.hold(self.path.set_point());
+    }
+
+    /// Takes the reading for the target, once: after this the target no longer follows the reading.
+    fn hold_reading(&mut self) {
+        for axis in &mut self.axes {
+            axis.set_point = axis.sensed.position;
+            axis.servo.reset();
+        }
+        self.hold_set_point();
+    }
+
+    /// The place of the set-point becomes path and target; the table does not move.
+    fn hold_set_point(&mut self) {
+        for (target, axis) in self.target.iter_mut().zip(&self.axes) {
+            *target = axis.stage_from_scale(axis.set_point);
+        }
+        self.path.hold(self.target);
+    }
+
+    // ---- plan --------------------------------------------------------------------------------------------------
+
+    fn plan(&mut self, tick: u32) -> [Pos; N] {
+        for axis in &mut self.axes {
+            axis.glide();
+        }
+        self.path.tick(tick)
+    }
+
+    // ---- compensate --------------------------------------------------------------------------------------------
+
+    fn compensate(&mut self, stage: &[Pos; N]) {
+        let following_path = self.state.is_on();
+        for (axis, &place) in self.axes.iter_mut().zip(stage) {
+            if following_path && axis.homing.is_none() {
+                axis.set_point = axis.scale_from_stage(place);
+            }
+        }
+    }
+
+    // ---- servo -------------------------------------------------------------------------------------------------
+
+    fn servo(&mut self) -> [i64; N] {
+        let mut speeds = [0; N];
+        for (speed, axis) in speeds.iter_mut().zip(&mut self.axes) {
+            if self.state.is_on() {
+                *speed = axis.servo.tick(axis.set_point, axis.sensed.position, &axis.config.servo);
+            } else {
+                axis.servo.reset();
+            }
+        }
+        speeds
+    }
+
+    // ---- drive -------------------------------------------------------------------------------------------------
+
+    fn drive(&mut self, speeds: &[i64; N]) -> Outputs<N> {
+        let mut outputs = Outputs::OFF;
+        let on = self.state.is_on();
+        for ((output, axis), &speed) in outputs.axes.iter_mut().zip(&mut self.axes).zip(speeds) {
+            *output = if on { axis.drive.on(speed, &axis.config.drive) } else { axis.drive.off() };
+        }
+        outputs
+    }
+
+    // ---- publish -----------------------------------------------------------------------------------------------
+
+    fn publish(&mut self, tick: u32) {
+        let mut axes = [AxisStatus::default(); N];
+        for ((status, axis), (&target, &set_point)) in
+            axes.iter_mut().zip(&self.axes).zip(self.target.iter().zip(&self.path.set_point()))
+        {
+            *status = axis.status(target, set_point);
+        }
+        self.status = Status {
+            tick,
+            state: self.state,
+            fault: self.fault,
+            move_number: self.move_number,
+            last_move: self.last_move,
+            axes,
+        };
+    }
+}
+
+impl Axis {
+    fn new(config: AxisConfig) -> Self {
+        Self {
+            config,
+            sense: Sense::default(),
+            guard: Guard::default(),
+            map: None,
+            servo: IncrementalPid::default(),
+            drive: StepDrive::default(),
+            homing: None,
+            glide: Glide::default(),
+            set_point: Pos::ZERO,
+            homed: false,
+            found: None,
+            home: HomeReport::default(),
+            sensed: Sensed::default(),
+            illegal: 0,
+            glitches: 0,
+        }
+    }
+
+    fn begin_homing(&mut self, was_on: bool) {
+        if !was_on {
+            self.set_point = self.sensed.position;
+            self.servo.reset();
+        }
+        self.homing = Some(Homing::new(&self.sensed));
+        self.glide = Glide::default();
+    }
+
+    fn has_homed(&self) -> bool {
+        self.homing.is_some_and(|homing| homing.found().is_some()) && self.glide.ramp.is_at_rest()
+    }
+
+    fn end_homing(&mut self) {
+        let Some(found) = self.homing.take().and_then(|homing| homing.found()) else {
+            return;
+        };
+        let count_pm = self.config.sense.count_pm;
+        let before = self.sense.set_origin(found.zero);
+        let shift = (found.zero - before).to_pos(count_pm);
+        let switch = (found.switch - found.zero).to_pos(count_pm);
+        let last = self.found.replace(found);
+        self.home = HomeReport {
+            count: self.home.count.saturating_add(1),
+            zero_shift: self.homed.then_some(shift),
+            switch,
+            switch_shift: last.map(|last| switch - (last.switch - last.zero).to_pos(count_pm)),
+        };
+        self.homed = true;
+        // The frame moves under the stage: nothing else may.
+        self.sensed.position = self.sensed.position - shift;
+        self.set_point = self.set_point - shift;
+        self.servo.reset();
+    }
+
+    fn is_inside(&self) -> bool {
+        (self.set_point - self.sensed.position).abs() <= self.config.window
+    }
+
+    fn glide(&mut self) {
+        if self.homing.is_none() {
+            return;
+        }
+        let speed = self.glide.ramp.tick(self.glide.wanted, &self.config.glide);
+        let way = self.glide.rest.saturating_add(speed);
+        self.set_point = self.set_point + Pos::from_pm(way >> GLIDE_BITS);
+        self.glide.rest = way & ((1 << GLIDE_BITS) - 1);
+    }
+
+    fn stage_from_scale(&self, reading: Pos) -> Pos {
+        self.map.as_ref().map_or(reading, |map| map.stage_from_scale(reading))
+    }
+
+    fn scale_from_stage(&self, place: Pos) -> Pos {
+        self.map.as_ref().map_or(place, |map| map.scale_from_stage(place))
+    }
+
+    fn status(&self, target: Pos, set_point: Pos) -> AxisStatus {
+        AxisStatus {
+            position: self.stage_from_scale(self.sensed.position),
+            set_point,
+            target,
+            reading: self.sensed.position,
+            following_error: self.set_point - self.sensed.position,
+            in_window: self.is_inside(),
+            homed: self.homed,
+            mapped: self.map.is_some(),
+            limit_low: self.sensed.limit_low,
+            limit_high: self.sensed.limit_high,
+            illegal: self.illegal,
+            glitches: self.glitches,
+            home: self.home,
+        }
+    }
+}

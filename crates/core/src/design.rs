@@ -1,0 +1,386 @@
+//! Every number of a stage in one place: [`StageSettings`] in the units people use, built once into the integers of
+//! the tick. Units enter here and nowhere else.
+
+use crate::plan::Limits;
+use crate::plan::ramp::RampLimits;
+use crate::servo::SPEED_BITS;
+use crate::units::{Counts, Pos};
+use crate::{drive, guard, machine::homing, sense, servo};
+use core::fmt;
+
+/// What a builder knows of an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisSettings {
+    /// Travel of one encoder count after 4× decoding, µm; 0.001 … 100.
+    pub count_um: f64,
+    /// Travel of one step pulse, µm; 0.001 … 100.
+    pub step_um: f64,
+    /// Lowest target, mm, stage frame.
+    pub travel_low_mm: f64,
+    /// Highest target, mm, stage frame.
+    pub travel_high_mm: f64,
+    /// How far the reading may lie outside the travel before the stage brakes, mm.
+    pub travel_margin_mm: f64,
+    /// Largest speed, mm/s.
+    pub speed_mm_s: f64,
+    /// Largest acceleration, mm/s².
+    pub acceleration_mm_s2: f64,
+    /// Largest jerk, mm/s³.
+    pub jerk_mm_s3: f64,
+    /// Proportional gain: mm/s per mm of error, 1/s.
+    pub kp_per_s: f64,
+    /// Integral gain: mm/s² per mm of error, 1/s².
+    pub ki_per_s2: f64,
+    /// Derivative gain: mm per mm, no unit.
+    pub kd: f64,
+    /// Part of the set-point's speed that is fed forward, 0 … 1.
+    pub feed_forward: f64,
+    /// Error within which a standing axis is left alone, µm.
+    pub dead_band_um: f64,
+    /// In-position window, ± µm.
+    pub in_position_um: f64,
+    /// Largest following error, µm.
+    pub following_error_um: f64,
+    /// Commanded travel without a single count that means a lost encoder, µm.
+    pub encoder_lost_um: f64,
+    /// Fast loss of steps against the encoder that means a stall, µm.
+    pub stall_um: f64,
+    /// Illegal transitions within 256 ticks that are too many.
+    pub illegal_transitions: u16,
+    /// Homing: first approach, mm/s.
+    pub home_fast_mm_s: f64,
+    /// Homing: second approach and reference mark, mm/s.
+    pub home_slow_mm_s: f64,
+    /// Homing: farthest way to the switch, mm.
+    pub home_search_mm: f64,
+    /// Homing: distance to back off beyond the switch, mm.
+    pub home_back_off_mm: f64,
+    /// Homing: farthest way from the switch to the reference mark, mm.
+    pub home_index_search_mm: f64,
+    /// Homing: position of the reference mark in the scale frame, mm.
+    pub home_index_mm: f64,
+    /// A switch is believed pressed after this time, ms.
+    pub switch_press_ms: f64,
+    /// A switch is believed free after this time, ms; longer than it bounces.
+    pub switch_release_ms: f64,
+}
+
+/// What a builder knows of a stage.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StageSettings<const N: usize> {
+    /// Servo rate, Hz; 100 … 100 000.
+    pub tick_hz: f64,
+    /// Time inside the in-position window that means arrival, ms.
+    pub dwell_ms: f64,
+    /// Time after the end of the path in which arrival must come, ms.
+    pub settle_timeout_ms: f64,
+    /// Silence of the host after which the stage brakes, ms; 0 never.
+    pub host_timeout_ms: f64,
+    /// Each axis.
+    pub axes: [AxisSettings; N],
+}
+
+/// A setting that no stage can have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DesignError {
+    /// Which axis, if the setting belongs to one.
+    pub axis: Option<usize>,
+    /// Name of the setting.
+    pub key: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What would be accepted.
+    pub accepted: &'static str,
+}
+
+impl fmt::Display for DesignError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(axis) = self.axis {
+            write!(f, "axis {}: ", crate::command::axis_name(axis))?;
+        }
+        write!(f, "{} = {} is not accepted: it must be {}", self.key, self.value, self.accepted)
+    }
+}
+
+impl core::error::Error for DesignError {}
+
+/// An axis as the tick uses it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisConfig {
+    /// For [`crate::sense`].
+    pub sense: sense::Config,
+    /// For [`crate::guard`].
+    pub guard: guard::Config,
+    /// For [`crate::machine::homing`].
+    pub homing: homing::Config,
+    /// For [`crate::servo`].
+    pub servo: servo::Config,
+    /// For [`crate::drive`].
+    pub drive: drive::Config,
+    /// For gliding without a plan, picometres a tick with [`GLIDE_BITS`] fractional bits.
+    pub glide: RampLimits,
+    /// For planning.
+    pub limits: Limits,
+    /// Lowest target, stage frame.
+    pub low: Pos,
+    /// Highest target, stage frame.
+    pub high: Pos,
+    /// In-position window.
+    pub window: Pos,
+}
+
+/// A stage as the tick uses it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Config<const N: usize> {
+    /// Each axis.
+    pub axes: [AxisConfig; N],
+    /// Ticks in a second.
+    pub tick_hz: f64,
+    /// Ticks inside the window that mean arrival.
+    pub dwell_ticks: u32,
+    /// Ticks after the end of the path in which arrival must come.
+    pub settle_timeout_ticks: u32,
+    /// Ticks of silence after which the stage brakes; 0 never.
+    pub host_timeout_ticks: u32,
+}
+
+/// Fractional bits of a gliding speed.
+pub const GLIDE_BITS: u32 = 16;
+
+const POSITIVE: &str = "a positive number";
+
+impl Default for AxisSettings {
+    /// An axis of paper A's size: 0.1 µm counts, 312.5 nm steps, 100 mm, 20 mm/s.
+    fn default() -> Self {
+        Self {
+            count_um: 0.1,
+            step_um: 0.3125,
+            travel_low_mm: 0.0,
+            travel_high_mm: 100.0,
+            travel_margin_mm: 0.9,
+            speed_mm_s: 20.0,
+            acceleration_mm_s2: 500.0,
+            jerk_mm_s3: 20_000.0,
+            kp_per_s: 80.0,
+            ki_per_s2: 800.0,
+            kd: 0.0,
+            feed_forward: 1.0,
+            dead_band_um: 0.2,
+            in_position_um: 0.5,
+            following_error_um: 150.0,
+            encoder_lost_um: 40.0,
+            stall_um: 80.0,
+            illegal_transitions: 8,
+            home_fast_mm_s: 10.0,
+            home_slow_mm_s: 0.5,
+            home_search_mm: 115.0,
+            home_back_off_mm: 0.5,
+            home_index_search_mm: 5.0,
+            home_index_mm: 0.0,
+            switch_press_ms: 0.3,
+            switch_release_ms: 5.0,
+        }
+    }
+}
+
+impl<const N: usize> Default for StageSettings<N> {
+    fn default() -> Self {
+        Self {
+            tick_hz: 10_000.0,
+            dwell_ms: 20.0,
+            settle_timeout_ms: 2000.0,
+            host_timeout_ms: 0.0,
+            axes: [AxisSettings::default(); N],
+        }
+    }
+}
+
+impl<const N: usize> StageSettings<N> {
+    /// Builds the integers of the tick.
+    ///
+    /// # Errors
+    /// Names the first setting that is not a number, has the wrong sign or cannot be represented.
+    pub fn build(&self) -> Result<Config<N>, DesignError> {
+        check(None, "tick_hz", self.tick_hz, (100.0..=100_000.0).contains(&self.tick_hz), "100 … 100000")?;
+        for (key, value) in [
+            ("dwell_ms", self.dwell_ms),
+            ("settle_timeout_ms", self.settle_timeout_ms),
+            ("host_timeout_ms", self.host_timeout_ms),
+        ] {
+            check(None, key, value, (0.0..=1e6).contains(&value), "0 … 1000000")?;
+        }
+        let ticks = |ms: f64| libm::ceil(ms * 1e-3 * self.tick_hz) as u32;
+        for (number, axis) in self.axes.iter().enumerate() {
+            axis.check(number)?;
+        }
+        Ok(Config {
+            axes: self.axes.map(|axis| axis.build(self.tick_hz)),
+            tick_hz: self.tick_hz,
+            dwell_ticks: ticks(self.dwell_ms),
+            settle_timeout_ticks: ticks(self.settle_timeout_ms).max(ticks(self.dwell_ms).saturating_add(1)),
+            host_timeout_ticks: ticks(self.host_timeout_ms),
+        })
+    }
+}
+
+fn check(
+    axis: Option<usize>,
+    key: &'static str,
+    value: f64,
+    fine: bool,
+    accepted: &'static str,
+) -> Result<(), DesignError> {
+    if fine { Ok(()) } else { Err(DesignError { axis, key, value, accepted }) }
+}
+
+impl AxisSettings {
+    fn check(&self, number: usize) -> Result<(), DesignError> {
+        let axis = Some(number);
+        for (key, value) in [("count_um", self.count_um), ("step_um", self.step_um)] {
+            check(axis, key, value, (0.001..=100.0).contains(&value), "0.001 … 100 µm")?;
+        }
+        for (key, value) in self.positive() {
+            check(axis, key, value, value > 0.0 && value <= 1e6, POSITIVE)?;
+        }
+        for (key, value) in [("kp_per_s", self.kp_per_s), ("ki_per_s2", self.ki_per_s2), ("kd", self.kd)] {
+            check(axis, key, value, (0.0..=1e6).contains(&value), "0 … 1000000")?;
+        }
+        let travel = (-1000.0..=1000.0).contains(&self.travel_low_mm);
+        check(axis, "travel_low_mm", self.travel_low_mm, travel, "-1000 … 1000 mm")?;
+        let travel = self.travel_high_mm > self.travel_low_mm && self.travel_high_mm <= 1000.0;
+        check(axis, "travel_high_mm", self.travel_high_mm, travel, "above travel_low_mm, at most 1000 mm")?;
+        let share = (0.0..=1.0).contains(&self.feed_forward);
+        check(axis, "feed_forward", self.feed_forward, share, "0 … 1")?;
+        let index = (-1000.0..=1000.0).contains(&self.home_index_mm);
+        check(axis, "home_index_mm", self.home_index_mm, index, "-1000 … 1000 mm")?;
+        let band = (0.0..self.in_position_um).contains(&self.dead_band_um);
+        check(axis, "dead_band_um", self.dead_band_um, band, "0 or more, and below in_position_um")
+    }
+
+    fn positive(&self) -> [(&'static str, f64); 16] {
+        [
+            ("travel_margin_mm", self.travel_margin_mm),
+            ("speed_mm_s", self.speed_mm_s),
+            ("acceleration_mm_s2", self.acceleration_mm_s2),
+            ("jerk_mm_s3", self.jerk_mm_s3),
+            ("in_position_um", self.in_position_um),
+            ("following_error_um", self.following_error_um),
+            ("encoder_lost_um", self.encoder_lost_um),
+            ("stall_um", self.stall_um),
+            ("home_fast_mm_s", self.home_fast_mm_s),
+            ("home_slow_mm_s", self.home_slow_mm_s),
+            ("home_search_mm", self.home_search_mm),
+            ("home_back_off_mm", self.home_back_off_mm),
+            ("home_index_search_mm", self.home_index_search_mm),
+            ("switch_press_ms", self.switch_press_ms),
+            ("switch_release_ms", self.switch_release_ms),
+            ("illegal_transitions", f64::from(self.illegal_transitions)),
+        ]
+    }
+
+    fn build(&self, tick_hz: f64) -> AxisConfig {
+        let margin = Pos::from_mm(self.travel_margin_mm);
+        let (low, high) = (Pos::from_mm(self.travel_low_mm), Pos::from_mm(self.travel_high_mm));
+        let limits = self.limits(tick_hz);
+        AxisConfig {
+            sense: self.sense(tick_hz),
+            guard: guard::Config {
+                low: low - margin,
+                high: high + margin,
+                following_error: Pos::from_um(self.following_error_um),
+                encoder_lost: Pos::from_um(self.encoder_lost_um),
+                stall: Pos::from_um(self.stall_um),
+                step_pm: Pos::from_um(self.step_um).pm(),
+                count_pm: Pos::from_um(self.count_um).pm(),
+                illegal_transitions: self.illegal_transitions,
+            },
+            homing: self.homing(tick_hz),
+            servo: self.servo(tick_hz),
+            drive: self.drive(tick_hz),
+            glide: RampLimits { acceleration: glide(limits.acceleration), jerk: glide(limits.jerk) },
+            limits,
+            low,
+            high,
+            window: Pos::from_um(self.in_position_um),
+        }
+    }
+
+    fn sense(&self, tick_hz: f64) -> sense::Config {
+        let ticks = |ms: f64| libm::ceil(ms * 1e-3 * tick_hz).clamp(1.0, 65_535.0) as u16;
+        sense::Config {
+            count_pm: Pos::from_um(self.count_um).pm(),
+            switch_press_ticks: ticks(self.switch_press_ms),
+            switch_release_ticks: ticks(self.switch_release_ms),
+        }
+    }
+
+    fn limits(&self, tick_hz: f64) -> Limits {
+        let pm = |mm: f64| mm * crate::units::PM_PER_MM;
+        Limits {
+            speed: pm(self.speed_mm_s) / tick_hz,
+            acceleration: pm(self.acceleration_mm_s2) / (tick_hz * tick_hz),
+            jerk: pm(self.jerk_mm_s3) / (tick_hz * tick_hz * tick_hz),
+        }
+    }
+
+    fn homing(&self, tick_hz: f64) -> homing::Config {
+        let speed = |mm_s: f64| glide(mm_s.min(self.speed_mm_s) * crate::units::PM_PER_MM / tick_hz);
+        homing::Config {
+            fast: speed(self.home_fast_mm_s),
+            slow: speed(self.home_slow_mm_s),
+            search: Pos::from_mm(self.home_search_mm),
+            back_off: Pos::from_mm(self.home_back_off_mm),
+            index_search: Pos::from_mm(self.home_index_search_mm),
+            zero_from_index: Counts::new(libm::round(-self.home_index_mm * 1e3 / self.count_um) as i64),
+        }
+    }
+
+    /// Speed in step pulses a tick for one picometre a tick, times a gain.
+    fn servo(&self, tick_hz: f64) -> servo::Config {
+        let one = libm::ldexp(1.0, SPEED_BITS as i32) / (self.step_um * crate::units::PM_PER_UM);
+        let gain = |gain: f64| libm::round(gain * one).clamp(0.0, 2_147_483_647.0) as i32;
+        let fastest = 1.2 * self.speed_mm_s * crate::units::PM_PER_MM / tick_hz;
+        servo::Config {
+            kp: gain(self.kp_per_s / tick_hz),
+            ki: gain(self.ki_per_s2 / (tick_hz * tick_hz)),
+            kd: gain(self.kd),
+            feed_forward: libm::round(self.feed_forward * one) as i64,
+            limit: libm::round(fastest * one) as i64,
+            dead_band: Pos::from_um(self.dead_band_um),
+        }
+    }
+
+    fn drive(&self, tick_hz: f64) -> drive::Config {
+        let pulses = |mm: f64| mm * 1e3 / self.step_um * 65_536.0;
+        // The law may correct a little faster than the path asks.
+        let fastest = pulses(1.2 * self.speed_mm_s) / tick_hz;
+        let change = pulses(3.0 * self.acceleration_mm_s2) / (tick_hz * tick_hz);
+        drive::Config {
+            fastest: fastest.clamp(1.0, 2_147_483_647.0) as i32,
+            change: change.clamp(1.0, 2_147_483_647.0) as i32,
+        }
+    }
+}
+
+/// Picometres a tick (or tick², tick³) as a gliding speed.
+fn glide(pm: f64) -> i64 {
+    libm::round(libm::ldexp(pm, GLIDE_BITS as i32)).clamp(1.0, 9e15) as i64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_stage_builds_and_bad_settings_are_named() {
+        let good = StageSettings::<2>::default();
+        assert!(good.build().is_ok());
+        let mut bad = good;
+        bad.axes[1].jerk_mm_s3 = f64::NAN;
+        let error = bad.build().unwrap_err();
+        assert_eq!((error.axis, error.key), (Some(1), "jerk_mm_s3"));
+        let mut bad = good;
+        bad.tick_hz = -1.0;
+        assert_eq!(bad.build().unwrap_err().key, "tick_hz");
+    }
+}

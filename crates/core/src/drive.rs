@@ -1,0 +1,58 @@
+//! Drive: turns the speed of the law into what the power stage is told.
+
+use crate::edge::{Actuation, AxisOutputs, StepRate};
+use crate::servo::SPEED_BITS;
+
+/// Limits of a step drive; rates are step pulses a tick with 16 fractional bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Config {
+    /// Largest rate.
+    pub fastest: i32,
+    /// Largest change of rate in a tick: a stepper that is asked for more loses steps.
+    pub change: i32,
+}
+
+/// What a step drive remembers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StepDrive {
+    rate: i32,
+}
+
+impl StepDrive {
+    /// One tick with the drive on. `speed` has [`SPEED_BITS`] fractional bits.
+    pub fn on(&mut self, speed: i64, config: &Config) -> AxisOutputs {
+        let wanted = (speed >> (SPEED_BITS - 16))
+            .clamp(i64::from(config.fastest).saturating_neg(), i64::from(config.fastest))
+            as i32;
+        let change = wanted.saturating_sub(self.rate).clamp(config.change.saturating_neg(), config.change);
+        self.rate = self.rate.saturating_add(change);
+        AxisOutputs { actuation: Actuation::Steps(StepRate(self.rate)), piezo: 0, enable: true }
+    }
+
+    /// One tick with the drive off: no torque, no pulses.
+    pub fn off(&mut self) -> AxisOutputs {
+        self.rate = 0;
+        AxisOutputs::OFF
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rate_and_its_change_are_limited_and_off_is_off_at_once() {
+        let config = Config { fastest: 700_000, change: 2000 };
+        let mut drive = StepDrive::default();
+        let mut last = 0;
+        for _ in 0..1000 {
+            let Actuation::Steps(StepRate(rate)) = drive.on(i64::MAX / 2, &config).actuation else {
+                unreachable!()
+            };
+            assert!(rate - last <= 2000 && rate <= 700_000);
+            last = rate;
+        }
+        assert_eq!(last, 700_000);
+        assert_eq!(drive.off(), AxisOutputs::OFF);
+    }
+}

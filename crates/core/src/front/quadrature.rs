@@ -1,0 +1,251 @@
+//! Digital filter, 4× decoder, 32-bit counter and index latch, after the HCTL-2032 of paper A (row A3).
+//!
+//! The chip samples its inputs at a clock and passes a level only when it was the same at `n` clocks in a row.
+//! Between two edges nothing happens, so the model is fed with edges and their time in clocks and gives the same
+//! counts as one that steps every clock (`matches_a_model_that_steps_every_clock`).
+
+/// Motion by (previous state, state), state = 2·B + A: A rising while B is low counts up, as in paper B.
+/// `ILLEGAL` means that both channels changed at once.
+const DECODE: [i8; 16] = [0, 1, -1, ILLEGAL, -1, 0, ILLEGAL, 1, 1, ILLEGAL, 0, -1, ILLEGAL, -1, 1, 0];
+const ILLEGAL: i8 = 2;
+
+/// What the front end hands to a tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Reading {
+    /// The 32-bit counter.
+    pub counter: u32,
+    /// Illegal transitions since the last reading.
+    pub illegal: u16,
+    /// Filtered pulses since the last reading.
+    pub glitches: u16,
+    /// The counter when the index rose, if it did since the last reading.
+    pub index: Option<u32>,
+}
+
+/// One input pin behind the digital filter.
+#[derive(Clone, Copy, Debug, Default)]
+struct Filtered {
+    passed: bool,
+    raw: bool,
+    /// Clock at which `raw` last became different from `passed`.
+    since: u64,
+}
+
+impl Filtered {
+    /// The clock at which the pending level passes, if one is pending.
+    fn due(&self, filter: u64) -> Option<u64> {
+        (self.raw != self.passed).then(|| self.since.saturating_add(filter))
+    }
+
+    /// A new raw level. Returns whether a pulse shorter than the filter just ended.
+    fn set(&mut self, clock: u64, level: bool) -> bool {
+        if level == self.raw {
+            return false;
+        }
+        self.raw = level;
+        self.since = clock;
+        level == self.passed
+    }
+}
+
+/// The counter of one axis.
+#[derive(Clone, Debug, Default)]
+pub struct QuadratureCounter {
+    filter: u64,
+    a: Filtered,
+    b: Filtered,
+    z: Filtered,
+    reading: Reading,
+}
+
+impl QuadratureCounter {
+    /// A counter at zero whose inputs must hold for `filter` clocks (1…255) to pass.
+    ///
+    /// The highest edge rate is one edge each `filter` clocks on a channel; the delay is `filter` clocks.
+    pub fn new(filter: u8, a: bool, b: bool) -> Self {
+        let at = |level| Filtered { passed: level, raw: level, since: 0 };
+        Self {
+            filter: u64::from(filter.max(1)),
+            a: at(a),
+            b: at(b),
+            z: at(false),
+            reading: Reading::default(),
+        }
+    }
+
+    /// New levels of the three pins at `clock`. Clocks never run backwards.
+    pub fn edge(&mut self, clock: u64, a: bool, b: bool, z: bool) {
+        self.advance(clock);
+        let mut ended = 0u16;
+        for (pin, level) in [(&mut self.a, a), (&mut self.b, b), (&mut self.z, z)] {
+            ended = ended.saturating_add(u16::from(pin.set(clock, level)));
+        }
+        self.reading.glitches = self.reading.glitches.saturating_add(ended);
+    }
+
+    /// Lets pass whatever has held long enough by `clock`, in the order of time.
+    pub fn advance(&mut self, clock: u64) {
+        while let Some(due) = self.next_due().filter(|&due| due <= clock) {
+            self.pass(due);
+        }
+    }
+
+    /// What a tick reads at `clock`; the counts since the last reading start again.
+    pub fn read(&mut self, clock: u64) -> Reading {
+        self.advance(clock);
+        let read = self.reading;
+        self.reading = Reading { counter: read.counter, ..Reading::default() };
+        read
+    }
+
+    fn next_due(&self) -> Option<u64> {
+        [&self.a, &self.b, &self.z].into_iter().filter_map(|pin| pin.due(self.filter)).min()
+    }
+
+    /// All pins that are due at exactly `clock` pass together, as in one clock of the chip.
+    fn pass(&mut self, clock: u64) {
+        let before = self.state();
+        let index_before = self.z.passed;
+        for pin in [&mut self.a, &mut self.b, &mut self.z] {
+            if pin.due(self.filter) == Some(clock) {
+                pin.passed = pin.raw;
+            }
+        }
+        self.count(before, self.state());
+        if self.z.passed && !index_before {
+            self.reading.index = Some(self.reading.counter);
+        }
+    }
+
+    fn state(&self) -> u8 {
+        (u8::from(self.b.passed) << 1) | u8::from(self.a.passed)
+    }
+
+    fn count(&mut self, before: u8, now: u8) {
+        let row = usize::from((before << 2) | now);
+        match DECODE.get(row).copied().unwrap_or(ILLEGAL) {
+            ILLEGAL => self.reading.illegal = self.reading.illegal.saturating_add(1),
+            step => self.reading.counter = self.reading.counter.wrapping_add_signed(i32::from(step)),
+        }
+    }
+}
+
+/// Levels (A, B) of an encoder that stands at count `n`.
+pub const fn levels(n: i64) -> (bool, bool) {
+    match n & 3 {
+        0 => (false, false),
+        1 => (true, false),
+        2 => (true, true),
+        _ => (false, true),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// The chip as its data sheet draws it: shift registers sampled at every clock.
+    struct EveryClock {
+        filter: u32,
+        run: [u32; 2],
+        passed: [bool; 2],
+        counter: i64,
+        illegal: u32,
+    }
+
+    impl EveryClock {
+        fn clock(&mut self, raw: [bool; 2]) {
+            let before = self.passed;
+            for (raw, (run, passed)) in raw.into_iter().zip(self.run.iter_mut().zip(&mut self.passed)) {
+                *run = if raw == *passed { 0 } else { *run + 1 };
+                if *run >= self.filter {
+                    *passed = raw;
+                    *run = 0;
+                }
+            }
+            let phase = |s: [bool; 2]| match s {
+                [false, false] => 0i64,
+                [true, false] => 1,
+                [true, true] => 2,
+                [false, true] => 3,
+            };
+            match (phase(self.passed) - phase(before)).rem_euclid(4) {
+                1 => self.counter += 1,
+                3 => self.counter -= 1,
+                2 => self.illegal += 1,
+                _ => {}
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn matches_a_model_that_steps_every_clock(
+            levels in proptest::collection::vec((1u64..12, any::<bool>(), any::<bool>()), 1..200),
+            filter in 1u8..6,
+        ) {
+            let mut fast = QuadratureCounter::new(filter, false, false);
+            let mut slow = EveryClock {
+                filter: u32::from(filter), run: [0; 2], passed: [false; 2], counter: 0, illegal: 0,
+            };
+            let (mut clock, mut raw) = (0u64, [false; 2]);
+            for (wait, a, b) in levels {
+                for _ in 0..wait {
+                    slow.clock(raw);
+                    clock += 1;
+                }
+                raw = [a, b];
+                fast.edge(clock, a, b, false);
+            }
+            for _ in 0..=u64::from(filter) {
+                slow.clock(raw);
+                clock += 1;
+            }
+            let reading = fast.read(clock);
+            prop_assert_eq!(reading.counter, slow.counter as u32);
+            prop_assert_eq!(u32::from(reading.illegal), slow.illegal);
+        }
+    }
+
+    #[test]
+    fn counts_up_and_down_through_the_wrap() {
+        let mut counter = QuadratureCounter::new(3, false, false);
+        let mut clock = 0;
+        for n in (-1000..=0).rev().chain(-999..=1000) {
+            clock += 10;
+            let (a, b) = levels(n);
+            counter.edge(clock, a, b, false);
+            assert_eq!(counter.read(clock + 3).counter, n as u32);
+        }
+        assert_eq!(counter.read(clock + 3).illegal, 0);
+    }
+
+    #[test]
+    fn a_pulse_shorter_than_the_filter_is_a_glitch_and_never_a_count() {
+        let mut counter = QuadratureCounter::new(3, false, false);
+        counter.edge(10, true, false, false);
+        counter.edge(12, false, false, false);
+        let reading = counter.read(100);
+        assert_eq!((reading.counter, reading.glitches, reading.illegal), (0, 1, 0));
+    }
+
+    #[test]
+    fn both_channels_at_once_is_an_error_and_not_motion() {
+        let mut counter = QuadratureCounter::new(3, false, false);
+        counter.edge(10, true, true, false);
+        let reading = counter.read(100);
+        assert_eq!((reading.counter, reading.illegal), (0, 1));
+    }
+
+    #[test]
+    fn the_index_latches_the_counter_once() {
+        let mut counter = QuadratureCounter::new(3, false, false);
+        for n in 1..20 {
+            let (a, b) = levels(n);
+            counter.edge(n as u64 * 10, a, b, n == 7);
+        }
+        assert_eq!(counter.read(500).index, Some(7));
+        assert_eq!(counter.read(510).index, None);
+    }
+}

@@ -1,0 +1,155 @@
+//! Guard: judges safety before anything is decided.
+//!
+//! Each trip has a name, a limit in the configuration and a way to stop (see [`crate::machine`]).
+
+use crate::edge::Inputs;
+use crate::publish::{End, Fault};
+use crate::sense::Sensed;
+use crate::units::Pos;
+
+/// Limits of one axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Config {
+    /// Lowest reading in the scale frame while homed, outside of which the stage brakes.
+    pub low: Pos,
+    /// Highest reading in the scale frame while homed.
+    pub high: Pos,
+    /// Largest distance between set-point and reading.
+    pub following_error: Pos,
+    /// Commanded travel during which the encoder stands still to the count, at which it is taken for lost.
+    pub encoder_lost: Pos,
+    /// Loss of steps against the encoder, inside about 0.4 s, at which the motor is taken for stalled.
+    pub stall: Pos,
+    /// Travel of one step pulse, picometres.
+    pub step_pm: i64,
+    /// Travel of one count, picometres.
+    pub count_pm: i64,
+    /// Illegal transitions in 256 ticks that the encoder may show.
+    pub illegal_transitions: u16,
+}
+
+/// What the guard must know of an axis besides its sensors.
+#[derive(Clone, Copy, Debug)]
+pub struct Watch {
+    /// Set-point of the last tick, scale frame.
+    pub set_point: Pos,
+    /// The drive is on.
+    pub on: bool,
+    /// Switches and the zero are being looked for: travel limits do not hold yet.
+    pub homing: bool,
+    /// The zero is known.
+    pub homed: bool,
+}
+
+/// What guarding an axis remembers.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Guard {
+    /// Pulses when the encoder last moved.
+    pulses_at_motion: i32,
+    /// Pulses of the last tick, to see what was commanded since.
+    last_pulses: Option<i32>,
+    /// Commanded minus measured travel, against its own slow mean: screw pitch and scale errors are slow, steps are
+    /// lost fast.
+    slip_pm: i64,
+    illegal: u16,
+    ticks: u8,
+}
+
+impl Guard {
+    /// Judges one axis; the first trip found is returned.
+    pub fn judge(&mut self, axis: usize, sensed: &Sensed, watch: &Watch, config: &Config) -> Option<Fault> {
+        let slip = self.slip(sensed, config);
+        let frozen = self.frozen(sensed, config);
+        let illegal = self.count_illegal(sensed);
+        if sensed.drive_fault {
+            return Some(Fault::DriveFault { axis });
+        }
+        if illegal > config.illegal_transitions {
+            return Some(Fault::EncoderIllegal { axis, transitions: illegal });
+        }
+        if !watch.on {
+            self.forget(sensed);
+            return None;
+        }
+        if frozen > config.encoder_lost {
+            return Some(Fault::EncoderLost { axis });
+        }
+        if slip > config.stall {
+            return Some(Fault::Stall { axis });
+        }
+        let error = watch.set_point - sensed.position;
+        if error.abs() > config.following_error {
+            return Some(Fault::FollowingError { axis, error });
+        }
+        travel(axis, sensed, watch, config)
+    }
+
+    /// Commanded travel since the encoder last moved.
+    fn frozen(&mut self, sensed: &Sensed, config: &Config) -> Pos {
+        if sensed.moved != 0 {
+            self.pulses_at_motion = sensed.pulses;
+        }
+        let pulses = i64::from(sensed.pulses.wrapping_sub(self.pulses_at_motion));
+        Pos::from_pm(pulses.saturating_mul(config.step_pm)).abs()
+    }
+
+    /// Commanded minus measured travel with its slow part (time constant 4096 ticks) taken away.
+    fn slip(&mut self, sensed: &Sensed, config: &Config) -> Pos {
+        let last = self.last_pulses.replace(sensed.pulses).unwrap_or(sensed.pulses);
+        let commanded = i64::from(sensed.pulses.wrapping_sub(last)).saturating_mul(config.step_pm);
+        let measured = sensed.moved.saturating_mul(config.count_pm);
+        let slip = self.slip_pm.saturating_add(commanded).saturating_sub(measured);
+        self.slip_pm = slip.saturating_sub(slip >> 12);
+        Pos::from_pm(self.slip_pm).abs()
+    }
+
+    /// Illegal transitions in the running window of 256 ticks.
+    fn count_illegal(&mut self, sensed: &Sensed) -> u16 {
+        self.illegal = self.illegal.saturating_add(sensed.illegal);
+        let count = self.illegal;
+        self.ticks = self.ticks.wrapping_add(1);
+        if self.ticks == 0 {
+            self.illegal = 0;
+        }
+        count
+    }
+
+    /// A stage without torque may be pushed by hand: nothing of it is slip.
+    fn forget(&mut self, sensed: &Sensed) {
+        self.slip_pm = 0;
+        self.pulses_at_motion = sensed.pulses;
+    }
+}
+
+fn travel(axis: usize, sensed: &Sensed, watch: &Watch, config: &Config) -> Option<Fault> {
+    if watch.homing {
+        // The low switch is what homing looks for.
+        return sensed.limit_high.then_some(Fault::LimitSwitch { axis, end: End::High });
+    }
+    if sensed.limit_low {
+        return Some(Fault::LimitSwitch { axis, end: End::Low });
+    }
+    if sensed.limit_high {
+        return Some(Fault::LimitSwitch { axis, end: End::High });
+    }
+    let position = sensed.position;
+    let outside = position < config.low || position > config.high;
+    (watch.homed && outside).then_some(Fault::SoftLimit { axis, position })
+}
+
+/// Judges what belongs to no axis. `expected_tick` is the number this tick should have.
+pub fn judge_shared<const N: usize>(
+    inputs: &Inputs<N>,
+    expected_tick: Option<u32>,
+    host_timeout_ticks: u32,
+) -> Option<Fault> {
+    if inputs.emergency_stop {
+        return Some(Fault::EmergencyStop);
+    }
+    let missed = expected_tick.map_or(0, |expected| inputs.tick.wrapping_sub(expected));
+    if missed != 0 {
+        return Some(Fault::TickOverrun { missed });
+    }
+    let gone = host_timeout_ticks != 0 && inputs.heartbeat_age > host_timeout_ticks;
+    gone.then_some(Fault::HostGone)
+}

@@ -1,0 +1,152 @@
+//! Sense: from the hardware counter to a position in the scale frame.
+
+use crate::edge::AxisInputs;
+use crate::units::{Counts, Pos};
+
+/// What sensing an axis needs to know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Config {
+    /// One count after 4× decoding, picometres.
+    pub count_pm: i64,
+    /// Ticks that a switch must be pressed before it is believed.
+    pub switch_press_ticks: u16,
+    /// Ticks that a switch must be free before it is believed; longer than it bounces.
+    pub switch_release_ticks: u16,
+}
+
+/// What one tick knows of an axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sensed {
+    /// Position in the scale frame, from the zero that homing found.
+    pub position: Pos,
+    /// The counter extended to 64 bit, from power-on.
+    pub raw: Counts,
+    /// Counts since the last tick.
+    pub moved: i64,
+    /// Extended counter at the reference mark, when it was passed since the last tick.
+    pub index: Option<Counts>,
+    /// Illegal transitions since the last tick.
+    pub illegal: u16,
+    /// Filtered pulses since the last tick.
+    pub glitches: u16,
+    /// Step pulses emitted so far; wraps.
+    pub pulses: i32,
+    /// The low switch, debounced.
+    pub limit_low: bool,
+    /// The high switch, debounced.
+    pub limit_high: bool,
+    /// The power stage reports a fault.
+    pub drive_fault: bool,
+}
+
+/// What sensing an axis remembers.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sense {
+    last: Option<u32>,
+    raw: Counts,
+    origin: Counts,
+    low: Switch,
+    high: Switch,
+}
+
+impl Sense {
+    /// Reads one tick. The counter may move up to 2³¹ counts between two ticks.
+    pub fn read(&mut self, inputs: &AxisInputs, config: &Config) -> Sensed {
+        let moved = self.extend(inputs.counter);
+        Sensed {
+            position: (self.raw - self.origin).to_pos(config.count_pm),
+            raw: self.raw,
+            moved,
+            index: inputs.index.map(|latched| self.extended(latched, inputs.counter)),
+            illegal: inputs.illegal,
+            glitches: inputs.glitches,
+            pulses: inputs.pulses,
+            limit_low: self.low.read(inputs.limit_low, config),
+            limit_high: self.high.read(inputs.limit_high, config),
+            drive_fault: inputs.drive_fault,
+        }
+    }
+
+    /// Puts the zero of the scale frame at an extended count; returns where it was.
+    pub fn set_origin(&mut self, origin: Counts) -> Counts {
+        core::mem::replace(&mut self.origin, origin)
+    }
+
+    fn extend(&mut self, counter: u32) -> i64 {
+        let last = self.last.replace(counter).unwrap_or(counter);
+        let moved = i64::from(counter.wrapping_sub(last).cast_signed());
+        self.raw = self.raw + Counts::new(moved);
+        moved
+    }
+
+    /// A latched counter value lies less than 2³¹ counts from the counter itself.
+    fn extended(&self, latched: u32, counter: u32) -> Counts {
+        self.raw + Counts::new(i64::from(latched.wrapping_sub(counter).cast_signed()))
+    }
+}
+
+/// A switch that bounces: believed pressed soon, believed free late.
+#[derive(Clone, Copy, Debug, Default)]
+struct Switch {
+    pressed: bool,
+    /// Ticks in a row that disagreed with `pressed`.
+    disagrees: u16,
+}
+
+impl Switch {
+    fn read(&mut self, contact: bool, config: &Config) -> bool {
+        if contact == self.pressed {
+            self.disagrees = 0;
+            return self.pressed;
+        }
+        self.disagrees = self.disagrees.saturating_add(1);
+        let needed = if contact { config.switch_press_ticks } else { config.switch_release_ticks };
+        if self.disagrees >= needed {
+            self.pressed = contact;
+            self.disagrees = 0;
+        }
+        self.pressed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CONFIG: Config = Config { count_pm: 100_000, switch_press_ticks: 3, switch_release_ticks: 50 };
+
+    fn at(counter: u32) -> AxisInputs {
+        AxisInputs { counter, ..AxisInputs::default() }
+    }
+
+    #[test]
+    fn positions_go_on_through_the_wrap_of_the_counter() {
+        let mut sense = Sense::default();
+        sense.read(&at(u32::MAX - 1), &CONFIG);
+        assert_eq!(sense.read(&at(3), &CONFIG).moved, 5);
+        assert_eq!(sense.read(&at(3), &CONFIG).position, Pos::from_pm(500_000));
+        assert_eq!(sense.read(&at(u32::MAX), &CONFIG).moved, -4);
+    }
+
+    #[test]
+    fn an_index_latched_before_the_wrap_is_extended_rightly() {
+        let mut sense = Sense::default();
+        sense.read(&at(u32::MAX - 10), &CONFIG);
+        let inputs = AxisInputs { counter: 5, index: Some(u32::MAX), ..AxisInputs::default() };
+        assert_eq!(sense.read(&inputs, &CONFIG).index, Some(Counts::new(10)));
+    }
+
+    #[test]
+    fn a_bouncing_switch_is_pressed_once() {
+        let mut switch = Switch::default();
+        let mut changes = 0;
+        let mut before = false;
+        let contact = |t: u32| t >= 100 && (t > 120 || t % 4 != 3);
+        for t in 0..300 {
+            let now = switch.read(contact(t), &CONFIG);
+            changes += u32::from(now != before);
+            before = now;
+        }
+        assert_eq!((changes, before), (1, true));
+    }
+}

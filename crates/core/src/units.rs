@@ -1,0 +1,136 @@
+//! Quantities with their unit in the type.
+//!
+//! Inside the tick a position is an integer number of picometres: whole nanometres would quantise the speed (one
+//! nanometre a tick is 10 µm/s at 10 kHz) and the subdivision of a fine grating.
+
+use core::ops::{Add, Neg, Sub};
+
+/// Picometres in one millimetre.
+pub const PM_PER_MM: f64 = 1e9;
+/// Picometres in one micrometre.
+pub const PM_PER_UM: f64 = 1e6;
+
+/// A position or a distance in picometres; ±9.2 km fits. Addition and subtraction saturate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Pos(i64);
+
+impl Pos {
+    /// The origin, or no distance at all.
+    pub const ZERO: Self = Self(0);
+
+    /// A position of `pm` picometres.
+    pub const fn from_pm(pm: i64) -> Self {
+        Self(pm)
+    }
+
+    /// A position from millimetres, rounded to the nearest picometre; NaN gives zero. For the edges, not the tick.
+    pub fn from_mm(mm: f64) -> Self {
+        Self(libm::round(mm * PM_PER_MM) as i64)
+    }
+
+    /// A position from micrometres, rounded to the nearest picometre; NaN gives zero. For the edges, not the tick.
+    pub fn from_um(um: f64) -> Self {
+        Self(libm::round(um * PM_PER_UM) as i64)
+    }
+
+    /// Picometres.
+    pub const fn pm(self) -> i64 {
+        self.0
+    }
+
+    /// Millimetres. For the edges, not the tick.
+    pub fn mm(self) -> f64 {
+        self.0 as f64 / PM_PER_MM
+    }
+
+    /// Micrometres. For the edges, not the tick.
+    pub fn um(self) -> f64 {
+        self.0 as f64 / PM_PER_UM
+    }
+
+    /// The distance from the origin.
+    #[must_use]
+    pub const fn abs(self) -> Self {
+        Self(self.0.saturating_abs())
+    }
+}
+
+impl Add for Pos {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self(self.0.saturating_add(other.0))
+    }
+}
+
+impl Sub for Pos {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self(self.0.saturating_sub(other.0))
+    }
+}
+
+impl Neg for Pos {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self(self.0.saturating_neg())
+    }
+}
+
+/// A number of encoder counts, extended to 64 bit. Addition and subtraction saturate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Counts(i64);
+
+impl Counts {
+    /// No counts.
+    pub const ZERO: Self = Self(0);
+
+    /// `n` counts.
+    pub const fn new(n: i64) -> Self {
+        Self(n)
+    }
+
+    /// How many.
+    pub const fn get(self) -> i64 {
+        self.0
+    }
+
+    /// The distance these counts stand for when one count is `count_pm` picometres.
+    pub const fn to_pos(self, count_pm: i64) -> Pos {
+        Pos(self.0.saturating_mul(count_pm))
+    }
+}
+
+impl Add for Counts {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self(self.0.saturating_add(other.0))
+    }
+}
+
+impl Sub for Counts {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self(self.0.saturating_sub(other.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_saturate_instead_of_wrapping() {
+        let far = Pos::from_pm(i64::MAX);
+        assert_eq!(far + Pos::from_pm(1), far);
+        assert_eq!(-Pos::from_pm(i64::MIN), far);
+        assert_eq!(Counts::new(i64::MAX) + Counts::new(1), Counts::new(i64::MAX));
+    }
+
+    #[test]
+    fn millimetres_survive_the_round_trip_to_a_picometre() {
+        for mm in [-3.25, 0.0, 0.000_000_001, 12.345_678_9, 100.0] {
+            assert!((Pos::from_mm(mm).mm() - mm).abs() < 1e-9, "{mm}");
+        }
+        assert_eq!(Pos::from_mm(f64::NAN), Pos::ZERO);
+    }
+}
