@@ -1,0 +1,8 @@
+//! Tests of the crate from outside, one module for each of its own; one program, so that it links once.
+
+mod compensation;
+mod fit;
+mod iso230;
+mod measure;
+mod readings;
+mod verify;
