@@ -24,7 +24,7 @@ pub mod iso230;
 pub mod measure;
 pub mod polynomial;
 pub mod readings;
-//pub mod report;
+pub mod report;
 pub mod targets;
 pub mod verify;
 mod whole_file;

@@ -99,7 +99,7 @@ fn every_fault_of_a_file_names_file_line_and_value() {
         ("0.99", "nan", "c.toml, line 10: y.r2 is NaN, expected a finite number"),
         ("1800.0", "-1.0", "c.toml, line 15: y.warm_up_s is -1, expected a time in s from 0 up"),
         ("21.5", "\"warm\"", "c.toml, line 14: invalid type: string \"warm\", expected f64"),
-        ("range_mm = [", "range_mm = [[", "c.toml, line 7: "),
+        ("runs = 5", "runs = ", "c.toml, line 12: "),
     ];
     for (old, new, expected) in table {
         let text = FILE.replacen(old, new, 1);

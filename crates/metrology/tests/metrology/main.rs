@@ -5,4 +5,5 @@ mod fit;
 mod iso230;
 mod measure;
 mod readings;
+mod report;
 mod verify;
