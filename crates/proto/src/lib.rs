@@ -1,1 +1,2 @@
 //! See the workspace architecture page.
+#![no_std]
