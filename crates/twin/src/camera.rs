@@ -69,10 +69,7 @@ impl Camera {
         let um = settings.pixel_um * (1.0 + settings.pixel_scale_error);
         let angle = settings.angle_deg.to_radians();
         let (cos, sin) = (libm::cos(angle), libm::sin(angle));
-        let half = [
-            0.5 * f64::from(settings.width_px),
-            0.5 * f64::from(settings.height_px),
-        ];
+        let half = [0.5 * f64::from(settings.width_px), 0.5 * f64::from(settings.height_px)];
         let corner2 = half[0] * half[0] + half[1] * half[1];
         Ok(Self {
             sensor: Sensor::new(&settings),
@@ -104,18 +101,11 @@ impl Camera {
         let (width, height) = (self.settings.width_px, self.settings.height_px);
         let row_bytes = width as usize * channels;
         let mut data = vec![0; row_bytes * height as usize];
-        data.par_chunks_mut(row_bytes)
-            .enumerate()
-            .for_each_init(RowDesk::default, |desk, (row, bytes)| {
-                self.gather_row(specimen, &points, row, desk);
-                self.sensor.read_row(&desk.light, seed, row, bytes);
-            });
-        Frame {
-            width,
-            height,
-            channels: channels as u8,
-            data,
-        }
+        data.par_chunks_mut(row_bytes).enumerate().for_each_init(RowDesk::default, |desk, (row, bytes)| {
+            self.gather_row(specimen, &points, row, desk);
+            self.sensor.read_row(&desk.light, seed, row, bytes);
+        });
+        Frame { width, height, channels: channels as u8, data }
     }
 
     /// Where a table place puts the centre of its tile in the mosaic, pixels: right and down from the tile taken at
@@ -126,10 +116,7 @@ impl Camera {
         let [x, y] = self.specimen_centre_um(position_um);
         let (column, row) = (self.um_of_column, self.um_of_row);
         let per_um2 = 1.0 / (column[0] * column[0] + column[1] * column[1]);
-        [
-            (x * column[0] + y * column[1]) * per_um2,
-            (x * row[0] + y * row[1]) * per_um2,
-        ]
+        [(x * column[0] + y * column[1]) * per_um2, (x * row[0] + y * row[1]) * per_um2]
     }
 
     /// The point of the specimen under the middle of the picture, µm, for a true place of the table.
@@ -168,19 +155,14 @@ impl Camera {
         let width = self.settings.width_px as usize;
         let middle_of = |index: usize| index as f64 + 0.5;
         desk.offsets_um.clear();
-        desk.offsets_um
-            .extend((0..width).map(|c| self.specimen_offset_um(middle_of(c), middle_of(row))));
+        desk.offsets_um.extend((0..width).map(|c| self.specimen_offset_um(middle_of(c), middle_of(row))));
         desk.colours.resize(width, [0.0; 3]);
         desk.light.clear();
         desk.light.resize(width, [0.0; 3]);
         for point in points {
             let [x, y] = self.specimen_centre_um(point.position_um);
             desk.places_um.clear();
-            desk.places_um.extend(
-                desk.offsets_um
-                    .iter()
-                    .map(|offset| [x + offset[0], y + offset[1]]),
-            );
+            desk.places_um.extend(desk.offsets_um.iter().map(|offset| [x + offset[0], y + offset[1]]));
             specimen.rgb_of_each(&desk.places_um, &mut desk.colours);
             add_light(&mut desk.light, &desk.colours, point.share);
         }

@@ -1,1 +1,27 @@
-//! See the workspace architecture page.
+//! The twin: a stage that is not there, as unkind as a real one.
+//!
+//! [`Twin::step`] takes what the controller puts out and returns what it would see: counters, switches, pulses. The
+//! truth (where the table really is) leaves only through [`Twin::truth`], and only instruments may ask.
+//!
+//! Everything is seeded: the same preset, seed and outputs give the same inputs, on every platform.
+
+pub mod plant;
+
+pub mod friction;
+pub mod noise;
+pub mod trig;
+
+pub mod axis;
+pub mod geometry;
+pub mod heat;
+pub mod scale;
+pub mod stepper;
+pub mod switches;
+
+pub mod camera;
+pub mod instruments;
+pub mod specimen;
+mod twin;
+
+pub use plant::Plant;
+pub use twin::{Event, Truth, Twin};

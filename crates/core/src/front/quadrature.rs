@@ -22,39 +22,24 @@ pub struct Reading {
     pub index: Option<u32>,
 }
 
-/// One input pin behind the digital filter.
-#[derive(Clone, Copy, Debug, Default)]
-struct Filtered {
-    passed: bool,
-    raw: bool,
-    /// Clock at which `raw` last became different from `passed`.
-    since: u64,
-}
-
-impl Filtered {
-    /// The clock at which the pending level passes, if one is pending.
-    fn due(&self, filter: u64) -> Option<u64> {
-        (self.raw != self.passed).then(|| self.since.saturating_add(filter))
-    }
-
-    /// A new raw level. Returns whether a pulse shorter than the filter just ended.
-    fn set(&mut self, clock: u64, level: bool) -> bool {
-        if level == self.raw {
-            return false;
-        }
-        self.raw = level;
-        self.since = clock;
-        level == self.passed
-    }
-}
+/// Bits of the three pins.
+const A: u8 = 1;
+const B: u8 = 2;
+const Z: u8 = 4;
+const NEVER: u64 = u64::MAX;
 
 /// The counter of one axis.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct QuadratureCounter {
     filter: u64,
-    a: Filtered,
-    b: Filtered,
-    z: Filtered,
+    /// Levels at the pins.
+    raw: u8,
+    /// Levels behind the filter.
+    passed: u8,
+    /// When each pin that differs from its passed level passes, if it holds: A, B, Z.
+    due: [u64; 3],
+    /// The soonest of them.
+    next: u64,
     reading: Reading,
 }
 
@@ -63,12 +48,13 @@ impl QuadratureCounter {
     ///
     /// The highest edge rate is one edge each `filter` clocks on a channel; the delay is `filter` clocks.
     pub fn new(filter: u8, a: bool, b: bool) -> Self {
-        let at = |level| Filtered { passed: level, raw: level, since: 0 };
+        let levels = bits(a, b, false);
         Self {
             filter: u64::from(filter.max(1)),
-            a: at(a),
-            b: at(b),
-            z: at(false),
+            raw: levels,
+            passed: levels,
+            due: [NEVER; 3],
+            next: NEVER,
             reading: Reading::default(),
         }
     }
@@ -76,17 +62,57 @@ impl QuadratureCounter {
     /// New levels of the three pins at `clock`. Clocks never run backwards.
     pub fn edge(&mut self, clock: u64, a: bool, b: bool, z: bool) {
         self.advance(clock);
-        let mut ended = 0u16;
-        for (pin, level) in [(&mut self.a, a), (&mut self.b, b), (&mut self.z, z)] {
-            ended = ended.saturating_add(u16::from(pin.set(clock, level)));
+        let levels = bits(a, b, z);
+        let changed = levels ^ self.raw;
+        self.raw = levels;
+        // Back at the level that had passed: the pulse was too short.
+        let ended = changed & !(levels ^ self.passed);
+        self.reading.glitches = self.reading.glitches.saturating_add(ended.count_ones() as u16);
+        let due = clock.saturating_add(self.filter);
+        for (bit, pin) in [A, B, Z].into_iter().zip(&mut self.due) {
+            if changed & bit != 0 {
+                *pin = due;
+            }
         }
-        self.reading.glitches = self.reading.glitches.saturating_add(ended);
+        self.schedule();
     }
 
     /// Lets pass whatever has held long enough by `clock`, in the order of time.
     pub fn advance(&mut self, clock: u64) {
-        while let Some(due) = self.next_due().filter(|&due| due <= clock) {
-            self.pass(due);
+        while self.next <= clock && self.next != NEVER {
+            self.pass(self.next);
+        }
+    }
+
+    /// The soonest time at which a pin passes.
+    fn schedule(&mut self) {
+        let pending = self.raw ^ self.passed;
+        self.next = NEVER;
+        for (bit, due) in [A, B, Z].into_iter().zip(self.due) {
+            if pending & bit != 0 {
+                self.next = self.next.min(due);
+            }
+        }
+    }
+
+    /// All pins that are due at `clock` pass together, as in one clock of the chip.
+    fn pass(&mut self, clock: u64) {
+        let before = self.passed;
+        if (self.raw ^ before).is_power_of_two() {
+            // One pin alone, as in all orderly motion.
+            self.passed = self.raw;
+            self.next = NEVER;
+        } else {
+            for (bit, due) in [A, B, Z].into_iter().zip(self.due) {
+                if due == clock {
+                    self.passed = (self.passed & !bit) | (self.raw & bit);
+                }
+            }
+            self.schedule();
+        }
+        self.count(before & (A | B), self.passed & (A | B));
+        if self.passed & !before & Z != 0 {
+            self.reading.index = Some(self.reading.counter);
         }
     }
 
@@ -98,29 +124,6 @@ impl QuadratureCounter {
         read
     }
 
-    fn next_due(&self) -> Option<u64> {
-        [&self.a, &self.b, &self.z].into_iter().filter_map(|pin| pin.due(self.filter)).min()
-    }
-
-    /// All pins that are due at exactly `clock` pass together, as in one clock of the chip.
-    fn pass(&mut self, clock: u64) {
-        let before = self.state();
-        let index_before = self.z.passed;
-        for pin in [&mut self.a, &mut self.b, &mut self.z] {
-            if pin.due(self.filter) == Some(clock) {
-                pin.passed = pin.raw;
-            }
-        }
-        self.count(before, self.state());
-        if self.z.passed && !index_before {
-            self.reading.index = Some(self.reading.counter);
-        }
-    }
-
-    fn state(&self) -> u8 {
-        (u8::from(self.b.passed) << 1) | u8::from(self.a.passed)
-    }
-
     fn count(&mut self, before: u8, now: u8) {
         let row = usize::from((before << 2) | now);
         match DECODE.get(row).copied().unwrap_or(ILLEGAL) {
@@ -128,6 +131,10 @@ impl QuadratureCounter {
             step => self.reading.counter = self.reading.counter.wrapping_add_signed(i32::from(step)),
         }
     }
+}
+
+const fn bits(a: bool, b: bool, z: bool) -> u8 {
+    (a as u8) | ((b as u8) << 1) | ((z as u8) << 2)
 }
 
 /// Levels (A, B) of an encoder that stands at count `n`.

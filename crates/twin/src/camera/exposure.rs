@@ -19,14 +19,8 @@ pub(super) fn points(path_um: &[[f64; 2]], pixel_um: f64) -> Vec<ExposurePoint> 
     let Some(first) = path_um.first() else {
         return Vec::new();
     };
-    if path_um
-        .iter()
-        .all(|place| distance(first, place) < STILL_PX * pixel_um)
-    {
-        return vec![ExposurePoint {
-            position_um: mean(path_um),
-            share: 1.0,
-        }];
+    if path_um.iter().all(|place| distance(first, place) < STILL_PX * pixel_um) {
+        return vec![ExposurePoint { position_um: mean(path_um), share: 1.0 }];
     }
     merged(&pieces(path_um, pixel_um), pixel_um)
 }
@@ -36,9 +30,7 @@ fn pieces(path_um: &[[f64; 2]], pixel_um: f64) -> Vec<([f64; 2], f64)> {
     let leg_time = 1.0 / (path_um.len() - 1) as f64;
     let mut pieces = Vec::new();
     for leg in path_um.windows(2) {
-        let steps = (distance(&leg[0], &leg[1]) / (STEP_PX * pixel_um))
-            .ceil()
-            .max(1.0);
+        let steps = (distance(&leg[0], &leg[1]) / (STEP_PX * pixel_um)).ceil().max(1.0);
         for step in 0..steps as usize {
             let t = (step as f64 + 0.5) / steps;
             let along = |axis: usize| leg[0][axis] + t * (leg[1][axis] - leg[0][axis]);
@@ -65,10 +57,7 @@ fn merged(pieces: &[([f64; 2], f64)], pixel_um: f64) -> Vec<ExposurePoint> {
 fn centre_of(group: &[([f64; 2], f64)]) -> ExposurePoint {
     let share: f64 = group.iter().map(|(_, time)| time).sum();
     let axis = |axis: usize| group.iter().map(|(place, time)| place[axis] * time).sum::<f64>() / share;
-    ExposurePoint {
-        position_um: [axis(0), axis(1)],
-        share: share as f32,
-    }
+    ExposurePoint { position_um: [axis(0), axis(1)], share: share as f32 }
 }
 
 fn mean(path_um: &[[f64; 2]]) -> [f64; 2] {

@@ -71,12 +71,7 @@ fn normal_deviates() -> Vec<f32> {
     let half: Vec<f64> = upper_quantiles(DEVIATES / 2);
     let variance = half.iter().map(|x| x * x).sum::<f64>() / half.len() as f64;
     let scale = 1.0 / variance.sqrt();
-    half.iter()
-        .rev()
-        .map(|x| -x)
-        .chain(half.iter().copied())
-        .map(|x| (x * scale) as f32)
-        .collect()
+    half.iter().rev().map(|x| -x).chain(half.iter().copied()).map(|x| (x * scale) as f32).collect()
 }
 
 /// Middles of `count` slices of the upper half of the normal distribution, rising.

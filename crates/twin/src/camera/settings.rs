@@ -88,12 +88,7 @@ impl CameraSettings {
         within("pixel_um", self.pixel_um, 1e-6, 1e6)?;
         within("pixel_scale_error", self.pixel_scale_error, -0.5, 0.5)?;
         within("angle_deg", self.angle_deg, -180.0, 180.0)?;
-        within(
-            "distortion_corner_px",
-            self.distortion_corner_px,
-            -0.1 * corner_px,
-            0.1 * corner_px,
-        )?;
+        within("distortion_corner_px", self.distortion_corner_px, -0.1 * corner_px, 0.1 * corner_px)?;
         within("vignetting", self.vignetting, 0.0, 1.0)?;
         within("full_well_e", self.full_well_e, 100.0, 1e7)?;
         within("read_noise_e", self.read_noise_e, 0.0, 0.1 * self.full_well_e)?;
@@ -115,20 +110,12 @@ fn within(key: &'static str, value: f64, low: f64, high: f64) -> Result<(), Came
     if value >= low && value <= high {
         return Ok(());
     }
-    Err(CameraError {
-        key,
-        value,
-        allowed: format!("{low} to {high}"),
-    })
+    Err(CameraError { key, value, allowed: format!("{low} to {high}") })
 }
 
 fn plus_or_minus_one(key: &'static str, sign: i8) -> Result<(), CameraError> {
     if sign == 1 || sign == -1 {
         return Ok(());
     }
-    Err(CameraError {
-        key,
-        value: f64::from(sign),
-        allowed: "1 or -1".into(),
-    })
+    Err(CameraError { key, value: f64::from(sign), allowed: "1 or -1".into() })
 }

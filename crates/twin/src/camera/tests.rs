@@ -67,30 +67,19 @@ fn mean_and_variance(values: &[u8]) -> (f64, f64) {
 fn the_same_frame_on_one_thread_and_on_three() {
     let (camera, tissue) = (camera(CameraSettings::default()), Tissue::new(3));
     let on = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| camera.expose(&tissue, &[[10.0, 20.0]], 7))
     };
     let frame = on(1);
     assert_eq!(frame, on(3));
     assert_eq!(frame.data.len(), 640 * 480 * 3);
-    assert_ne!(
-        frame,
-        camera.expose(&tissue, &[[10.0, 20.0]], 8),
-        "another seed, other noise"
-    );
+    assert_ne!(frame, camera.expose(&tissue, &[[10.0, 20.0]], 8), "another seed, other noise");
 }
 
 #[test]
 fn each_axis_sign_moves_the_picture_the_way_it_says() {
     for (sign_x, sign_y) in [(1, 1), (-1, 1), (1, -1), (-1, -1)] {
-        let camera = camera(CameraSettings {
-            axis_sign_x: sign_x,
-            axis_sign_y: sign_y,
-            ..perfect()
-        });
+        let camera = camera(CameraSettings { axis_sign_x: sign_x, axis_sign_y: sign_y, ..perfect() });
         let at = camera.specimen_centre_um([500.0, 300.0]);
         // The table goes on by (20, 10): the spot stays behind, on the side it came from.
         let seen = centroid(&camera.expose(&spot(at), &[[520.0, 310.0]], 0));
@@ -113,10 +102,8 @@ fn tile_places_agree_with_what_the_pictures_show() {
     });
     let (first, second) = ([100.0, -40.0], [121.0, -28.0]);
     let spot = spot(camera.specimen_centre_um([110.0, -35.0]));
-    let (a, b) = (
-        centroid(&camera.expose(&spot, &[first], 1)),
-        centroid(&camera.expose(&spot, &[second], 2)),
-    );
+    let (a, b) =
+        (centroid(&camera.expose(&spot, &[first], 1)), centroid(&camera.expose(&spot, &[second], 2)));
     let (tile_a, tile_b) = (camera.true_pixel_of(first), camera.true_pixel_of(second));
     for axis in 0..2 {
         let (shown, told) = (a[axis] - b[axis], tile_b[axis] - tile_a[axis]);
@@ -126,10 +113,7 @@ fn tile_places_agree_with_what_the_pictures_show() {
 
 #[test]
 fn the_angle_and_the_scale_are_recovered_from_two_places() {
-    let camera = camera(CameraSettings {
-        distortion_corner_px: 0.0,
-        ..CameraSettings::default()
-    });
+    let camera = camera(CameraSettings { distortion_corner_px: 0.0, ..CameraSettings::default() });
     let [right, down] = camera.true_pixel_of([1000.0, 0.0]);
     // The camera is turned by +0.3°, so the table's x axis runs 0.3° upwards in its picture.
     assert!(((-down).atan2(right).to_degrees() - 0.3).abs() < 1e-9);
@@ -147,10 +131,7 @@ fn the_corner_is_drawn_in_by_one_pixel() {
     let shown = with.specimen_offset_um(0.0, 0.0);
     let moved = (shown[0] + 320.0).hypot(shown[1] + 240.0);
     assert!((moved - 1.0).abs() < 1e-9, "moved {moved} px");
-    assert!(
-        shown[0] < -320.0 && shown[1] < -240.0,
-        "a barrel shows more at the corner"
-    );
+    assert!(shown[0] < -320.0 && shown[1] < -240.0, "a barrel shows more at the corner");
     assert_eq!(with.specimen_offset_um(320.0, 240.0), [0.0, 0.0]);
 }
 
@@ -185,20 +166,17 @@ fn a_smear_is_centred_on_the_mean_place_and_a_tremor_is_no_smear() {
 
 #[test]
 fn a_closed_shutter_gives_black() {
-    let frame = camera(CameraSettings {
-        read_noise_e: 0.0,
-        ..CameraSettings::default()
-    })
-    .expose(&Tissue::new(1), &[], 0);
+    let frame = camera(CameraSettings { read_noise_e: 0.0, ..CameraSettings::default() }).expose(
+        &Tissue::new(1),
+        &[],
+        0,
+    );
     assert!(frame.data.iter().all(|count| *count == 4), "the black level");
 }
 
 #[test]
 fn the_corner_is_a_quarter_darker() {
-    let settings = CameraSettings {
-        vignetting: 0.25,
-        ..perfect()
-    };
+    let settings = CameraSettings { vignetting: 0.25, ..perfect() };
     let frame = camera(settings).expose(&Formula(|_, _| 0.8), &[[0.0, 0.0]], 0);
     let middle = f64::from(frame.data[80 * 200 + 100]);
     let corner = f64::from(frame.data[0]);
@@ -208,11 +186,7 @@ fn the_corner_is_a_quarter_darker() {
 
 #[test]
 fn noise_variance_is_shot_plus_read_plus_rounding() {
-    let settings = CameraSettings {
-        full_well_e: 2000.0,
-        read_noise_e: 12.0,
-        ..perfect()
-    };
+    let settings = CameraSettings { full_well_e: 2000.0, read_noise_e: 12.0, ..perfect() };
     let e_per_count = 2000.0 / 255.0;
     let camera = camera(settings);
     for level in [0.1_f32, 0.3, 0.6, 0.85] {
@@ -220,69 +194,21 @@ fn noise_variance_is_shot_plus_read_plus_rounding() {
         let (mean, variance) = mean_and_variance(&frame.data);
         let electrons = f64::from(level) * 2000.0;
         let expected = (electrons + 144.0) / (e_per_count * e_per_count) + 1.0 / 12.0;
-        assert!(
-            (mean - electrons / e_per_count).abs() < 0.1,
-            "mean {mean} at {level}"
-        );
-        assert!(
-            (variance / expected - 1.0).abs() < 0.04,
-            "variance {variance} for {expected} at {level}"
-        );
+        assert!((mean - electrons / e_per_count).abs() < 0.1, "mean {mean} at {level}");
+        assert!((variance / expected - 1.0).abs() < 0.04, "variance {variance} for {expected} at {level}");
     }
 }
 
 #[test]
 fn settings_out_of_range_are_named() {
     let wrong = [
-        (
-            CameraSettings {
-                bits: 12,
-                ..perfect()
-            },
-            "bits",
-        ),
-        (
-            CameraSettings {
-                pixel_um: 0.0,
-                ..perfect()
-            },
-            "pixel_um",
-        ),
-        (
-            CameraSettings {
-                pixel_um: f64::NAN,
-                ..perfect()
-            },
-            "pixel_um",
-        ),
-        (
-            CameraSettings {
-                axis_sign_x: 0,
-                ..perfect()
-            },
-            "axis_sign_x",
-        ),
-        (
-            CameraSettings {
-                width_px: 0,
-                ..perfect()
-            },
-            "width_px",
-        ),
-        (
-            CameraSettings {
-                vignetting: 1.5,
-                ..perfect()
-            },
-            "vignetting",
-        ),
-        (
-            CameraSettings {
-                distortion_corner_px: 50.0,
-                ..perfect()
-            },
-            "distortion_corner_px",
-        ),
+        (CameraSettings { bits: 12, ..perfect() }, "bits"),
+        (CameraSettings { pixel_um: 0.0, ..perfect() }, "pixel_um"),
+        (CameraSettings { pixel_um: f64::NAN, ..perfect() }, "pixel_um"),
+        (CameraSettings { axis_sign_x: 0, ..perfect() }, "axis_sign_x"),
+        (CameraSettings { width_px: 0, ..perfect() }, "width_px"),
+        (CameraSettings { vignetting: 1.5, ..perfect() }, "vignetting"),
+        (CameraSettings { distortion_corner_px: 50.0, ..perfect() }, "distortion_corner_px"),
     ];
     for (settings, key) in wrong {
         let error = Camera::new(settings).unwrap_err();
@@ -294,26 +220,14 @@ fn settings_out_of_range_are_named() {
 #[test]
 fn settings_are_read_from_toml_and_an_unknown_key_is_refused() {
     let read: CameraSettings = toml::from_str("pixel_um = 0.25\ncolour = false\n").unwrap();
-    assert_eq!(
-        read,
-        CameraSettings {
-            pixel_um: 0.25,
-            colour: false,
-            ..CameraSettings::default()
-        }
-    );
+    assert_eq!(read, CameraSettings { pixel_um: 0.25, colour: false, ..CameraSettings::default() });
     let error = toml::from_str::<CameraSettings>("pixel_mm = 0.25\n").unwrap_err();
     assert!(error.to_string().contains("pixel_mm"), "{error}");
 }
 
 #[test]
 fn few_bits_keep_to_their_largest_count() {
-    let camera = camera(CameraSettings {
-        bits: 4,
-        read_noise_e: 100.0,
-        full_well_e: 1000.0,
-        ..perfect()
-    });
+    let camera = camera(CameraSettings { bits: 4, read_noise_e: 100.0, full_well_e: 1000.0, ..perfect() });
     let frame = camera.expose(&Formula(|_, _| 1.0), &[[0.0, 0.0]], 1);
     assert_eq!(frame.data.iter().max(), Some(&15));
 }

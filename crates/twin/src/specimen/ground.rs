@@ -99,13 +99,9 @@ impl Terrain {
         // The large layers are turned against the camera's axes and bent, or their lattices would show.
         let (turned_x, turned_y) = (0.857 * x - 0.515 * y, 0.515 * x + 0.857 * y);
         let bend = |wave: f32| f64::from(45.0 * wave);
-        let (near, near_2) = self
-            .neighbourhoods
-            .heights(turned_x + bend(wave_x), turned_y + bend(wave_y));
+        let (near, near_2) = self.neighbourhoods.heights(turned_x + bend(wave_x), turned_y + bend(wave_y));
         let bend = |near: f32| f64::from(260.0 * near);
-        let (district, district_2) = self
-            .districts
-            .heights(turned_x + bend(near_2), turned_y - bend(near));
+        let (district, district_2) = self.districts.heights(turned_x + bend(near_2), turned_y - bend(near));
         let shift_um = [20.0 * wave_x + 34.0 * near, 20.0 * wave_y + 34.0 * near_2];
         let glandular = ramp(-0.75, 0.10, district + 0.35 * near);
         Ground {
@@ -120,29 +116,18 @@ impl Terrain {
 
     fn rim(&self, x_um: f64, y_um: f64, growth: f32) -> Rim {
         if growth <= 0.0 {
-            return Rim {
-                distance_um: FAR_UM,
-                outward: [0.0; 2],
-            };
+            return Rim { distance_um: FAR_UM, outward: [0.0; 2] };
         }
         let at = self.glands.place(x_um, y_um).nearest_four();
-        melt(&core::array::from_fn(|index| {
-            self.gland(&at, index & 1, index >> 1, growth)
-        }))
+        melt(&core::array::from_fn(|index| self.gland(&at, index & 1, index >> 1, growth)))
     }
 
     /// The gland of one cell of the lattice: an ellipse of radius 28 … 72 µm where fully grown.
     fn gland(&self, at: &Place, right: usize, below: usize, growth: f32) -> Rim {
-        let bits = self.glands.bits(
-            at.column.wrapping_add(right as i32),
-            at.row.wrapping_add(below as i32),
-        );
+        let bits = self.glands.bits(at.column.wrapping_add(right as i32), at.row.wrapping_add(below as i32));
         let centre_x = right as f32 + 0.25 + 0.5 * byte(bits, 0);
         let centre_y = below as f32 + 0.25 + 0.5 * byte(bits, 1);
-        let (dx, dy) = (
-            (at.fx - centre_x) * GLAND_PITCH_UM,
-            (at.fy - centre_y) * GLAND_PITCH_UM,
-        );
+        let (dx, dy) = ((at.fx - centre_x) * GLAND_PITCH_UM, (at.fy - centre_y) * GLAND_PITCH_UM);
         let [ux, uy] = self.directions[(bits >> 16) as usize & 63];
         let (along, across) = (0.8 * (dx * ux + dy * uy), 1.2 * (dy * ux - dx * uy));
         let reach = (along * along + across * across).sqrt();
@@ -193,12 +178,7 @@ fn blend(corners: &[Ground; 4], fx: f32, fy: f32) -> Ground {
         weave: mix(a.weave, b.weave, c.weave, d.weave),
         tint: mix(a.tint, b.tint, c.tint, d.tint),
         rim: Rim {
-            distance_um: mix(
-                a.rim.distance_um,
-                b.rim.distance_um,
-                c.rim.distance_um,
-                d.rim.distance_um,
-            ),
+            distance_um: mix(a.rim.distance_um, b.rim.distance_um, c.rim.distance_um, d.rim.distance_um),
             outward: pair(a.rim.outward, b.rim.outward, c.rim.outward, d.rim.outward),
         },
     }

@@ -22,10 +22,7 @@ pub(super) struct Place {
 impl Lattice {
     /// A lattice of `pitch_um` (> 0). Lattices of different `layer` or `seed` are independent.
     pub(super) fn new(seed: u64, layer: u64, pitch_um: f64) -> Self {
-        Self {
-            per_um: 1.0 / pitch_um,
-            salt: (mix(seed ^ mix(layer)) >> 32) as u32,
-        }
+        Self { per_um: 1.0 / pitch_um, salt: (mix(seed ^ mix(layer)) >> 32) as u32 }
     }
 
     /// Where a position lies. Good to 2³¹ cells from the origin, which is kilometres.
@@ -97,10 +94,7 @@ fn split(t: f64) -> (i32, f32) {
 /// Two numbers in `−1 .. 1` from 32 bits.
 fn halves(bits: u32) -> (f32, f32) {
     const UNIT: f32 = 1.0 / 32768.0;
-    (
-        f32::from((bits >> 16) as i16) * UNIT,
-        f32::from(bits as i16) * UNIT,
-    )
+    (f32::from((bits >> 16) as i16) * UNIT, f32::from(bits as i16) * UNIT)
 }
 
 /// 0 to 1 with level ends.

@@ -101,11 +101,7 @@ impl ImageSpecimen {
         }
         let (width, height) = (image.width(), image.height());
         if width == 0 || height == 0 {
-            return Err(SpecimenError::Empty {
-                file: PathBuf::new(),
-                width,
-                height,
-            });
+            return Err(SpecimenError::Empty { file: PathBuf::new(), width, height });
         }
         let (texels, channels) = eight_bits(image);
         let mut specimen = Self {
@@ -130,10 +126,7 @@ impl ImageSpecimen {
 
     /// Width and height on the table, µm.
     pub fn size_um(&self) -> [f64; 2] {
-        [
-            self.width as f64 * self.um_per_px,
-            self.height as f64 * self.um_per_px,
-        ]
+        [self.width as f64 * self.um_per_px, self.height as f64 * self.um_per_px]
     }
 
     /// Width and height in pixels of the file.
@@ -223,17 +216,12 @@ fn median(histogram: &[usize; 256]) -> u8 {
 }
 
 fn decode(file: &Path) -> Result<DynamicImage, SpecimenError> {
-    let unreadable = |source| SpecimenError::Unreadable {
-        file: file.to_path_buf(),
-        source,
-    };
+    let unreadable = |source| SpecimenError::Unreadable { file: file.to_path_buf(), source };
     let opened = File::open(file).map_err(unreadable)?;
     if opened.metadata().map_err(unreadable)?.is_dir() {
         return Err(not_an_image(file, "is a folder".into()));
     }
-    let mut reader = ImageReader::new(BufReader::new(opened))
-        .with_guessed_format()
-        .map_err(unreadable)?;
+    let mut reader = ImageReader::new(BufReader::new(opened)).with_guessed_format().map_err(unreadable)?;
     let format = match reader.format() {
         Some(format @ (ImageFormat::Tiff | ImageFormat::Png | ImageFormat::Jpeg)) => format,
         Some(other) => return Err(not_an_image(file, format!("is a {other:?} file"))),
@@ -253,10 +241,7 @@ fn decode(file: &Path) -> Result<DynamicImage, SpecimenError> {
 }
 
 fn not_an_image(file: &Path, found: String) -> SpecimenError {
-    SpecimenError::NotAnImage {
-        file: file.to_path_buf(),
-        found,
-    }
+    SpecimenError::NotAnImage { file: file.to_path_buf(), found }
 }
 
 /// What a file that is no image begins with, as a verb phrase.
@@ -267,10 +252,7 @@ fn describe_start(file: &Path) -> std::io::Result<String> {
         return Ok("is empty".into());
     }
     let text = String::from_utf8_lossy(&start);
-    if text
-        .chars()
-        .all(|c| c.is_ascii_graphic() || c.is_ascii_whitespace())
-    {
+    if text.chars().all(|c| c.is_ascii_graphic() || c.is_ascii_whitespace()) {
         return Ok(format!("begins with the text {text:?}"));
     }
     let bytes: Vec<String> = start.iter().take(8).map(|byte| format!("{byte:02X}")).collect();
@@ -290,8 +272,5 @@ fn eight_bits(image: DynamicImage) -> (Vec<u8>, usize) {
 fn laid_on_white(image: DynamicImage) -> Vec<u8> {
     let over = |value: u8, alpha: u32| ((u32::from(value) * alpha + 255 * (255 - alpha) + 127) / 255) as u8;
     let pixels = image.into_rgba8();
-    pixels
-        .pixels()
-        .flat_map(|p| [0, 1, 2].map(|channel| over(p[channel], u32::from(p[3]))))
-        .collect()
+    pixels.pixels().flat_map(|p| [0, 1, 2].map(|channel| over(p[channel], u32::from(p[3])))).collect()
 }

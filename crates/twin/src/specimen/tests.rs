@@ -7,10 +7,7 @@ use super::*;
 fn sample(specimen: &dyn Specimen, origin: [f64; 2], step_um: f64, size: [usize; 2]) -> Vec<[f32; 3]> {
     let place = |index: usize| {
         let (column, row) = (index % size[0], index / size[0]);
-        [
-            origin[0] + column as f64 * step_um,
-            origin[1] + row as f64 * step_um,
-        ]
+        [origin[0] + column as f64 * step_um, origin[1] + row as f64 * step_um]
     };
     let places: Vec<_> = (0..size[0] * size[1]).map(place).collect();
     let mut colours = vec![[0.0; 3]; places.len()];
@@ -19,9 +16,7 @@ fn sample(specimen: &dyn Specimen, origin: [f64; 2], step_um: f64, size: [usize;
 }
 
 fn furthest(a: [f32; 3], b: [f32; 3]) -> f32 {
-    (0..3)
-        .map(|channel| (a[channel] - b[channel]).abs())
-        .fold(0.0, f32::max)
+    (0..3).map(|channel| (a[channel] - b[channel]).abs()).fold(0.0, f32::max)
 }
 
 /// Origins scattered over a few centimetres, among them negative ones.
@@ -38,10 +33,8 @@ fn tissue_has_no_jump_anywhere() {
     let tissue = Tissue::new(5);
     for origin in scattered(100) {
         // 300 µm in steps of 0.01 µm along a slanted line crosses every kind of cell border.
-        let places: Vec<_> = (0..30_000)
-            .map(|n| f64::from(n) * 0.01)
-            .map(|t| [origin[0] + t, origin[1] + 0.7 * t])
-            .collect();
+        let places: Vec<_> =
+            (0..30_000).map(|n| f64::from(n) * 0.01).map(|t| [origin[0] + t, origin[1] + 0.7 * t]).collect();
         let mut colours = vec![[0.0; 3]; places.len()];
         tissue.rgb_of_each(&places, &mut colours);
         for (index, pair) in colours.windows(2).enumerate() {
@@ -68,9 +61,8 @@ fn one_by_one_or_in_rows_the_colours_are_the_same() {
 fn the_same_seed_draws_the_same_tissue_on_every_machine() {
     let tissue = Tissue::new(1);
     let colours = sample(&tissue, [-50.0, 1234.0], 3.7, [64, 64]);
-    let hash = colours.iter().flatten().fold(0_u64, |hash, value| {
-        lattice::mix(hash ^ u64::from(value.to_bits()))
-    });
+    let hash =
+        colours.iter().flatten().fold(0_u64, |hash, value| lattice::mix(hash ^ u64::from(value.to_bits())));
     assert_eq!(hash, TISSUE_HASH, "{hash:#x}: the drawing has changed");
 }
 
@@ -80,15 +72,8 @@ const TISSUE_HASH: u64 = 0x193F_A945_75AA_F0CF;
 #[test]
 fn another_seed_draws_another_tissue() {
     let (one, other) = (Tissue::new(1), Tissue::new(2));
-    let (a, b) = (
-        sample(&one, [0.0, 0.0], 5.0, [50, 50]),
-        sample(&other, [0.0, 0.0], 5.0, [50, 50]),
-    );
-    let different = a
-        .iter()
-        .zip(&b)
-        .filter(|(a, b)| furthest(**a, **b) > 0.02)
-        .count();
+    let (a, b) = (sample(&one, [0.0, 0.0], 5.0, [50, 50]), sample(&other, [0.0, 0.0], 5.0, [50, 50]));
+    let different = a.iter().zip(&b).filter(|(a, b)| furthest(**a, **b) > 0.02).count();
     assert!(different > 1500, "{different} of 2500");
 }
 
@@ -148,10 +133,7 @@ fn a_picture_is_true_at_its_pixels_and_smooth_between() {
     assert_eq!(specimen.size_um(), [80.0, 60.0]);
     // Pixel (10, 12) has its centre at ((10.5, 12.5) − (20, 15)) × 2 µm from the picture's centre.
     let colour = specimen.rgb(100.0 - 19.0, 50.0 - 5.0);
-    assert!(
-        furthest(colour, [50.0 / 255.0, 84.0 / 255.0, 200.0 / 255.0]) < 1e-5,
-        "{colour:?}"
-    );
+    assert!(furthest(colour, [50.0 / 255.0, 84.0 / 255.0, 200.0 / 255.0]) < 1e-5, "{colour:?}");
     let halfway = specimen.rgb(100.0 - 18.0, 50.0 - 5.0);
     assert!((halfway[0] - 52.5 / 255.0).abs() < 1e-5, "{halfway:?}");
 }
@@ -200,10 +182,7 @@ fn every_kind_of_image_file_is_read() {
     for (image, name) in cases {
         let specimen = ImageSpecimen::open(&saved(image, name, folder.path()), 1.0).unwrap();
         assert_eq!(specimen.size_px(), [9, 7]);
-        assert!(
-            furthest(specimen.rgb(0.0, 0.0), [100.0 / 255.0; 3]) < 0.01,
-            "{name}"
-        );
+        assert!(furthest(specimen.rgb(0.0, 0.0), [100.0 / 255.0; 3]) < 0.01, "{name}");
     }
 }
 
@@ -216,23 +195,11 @@ fn a_file_that_is_no_image_is_named_with_what_it_holds() {
         let error = ImageSpecimen::open(&file, 1.0).unwrap_err().to_string();
         assert!(error.contains(name) && error.contains(found), "{error}");
     };
-    check(
-        "notes.png",
-        b"dear diary, today the table moved",
-        "begins with the text \"dear diary",
-    );
+    check("notes.png", b"dear diary, today the table moved", "begins with the text \"dear diary");
     check("empty.tif", b"", "is empty");
     check("moving.png", b"GIF89a\x01\x00\x01\x00", "Gif");
-    check(
-        "noise.jpg",
-        &[7, 200, 1, 0, 99],
-        "begins with the bytes 07 C8 01 00 63",
-    );
-    check(
-        "half.png",
-        b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR",
-        "damaged or unsupported PNG",
-    );
+    check("noise.jpg", &[7, 200, 1, 0, 99], "begins with the bytes 07 C8 01 00 63");
+    check("half.png", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "damaged or unsupported PNG");
     let error = ImageSpecimen::open(folder.path(), 1.0).unwrap_err().to_string();
     assert!(error.contains("is a folder"), "{error}");
 }

@@ -80,13 +80,7 @@ impl Tissue {
             let chromatin = self.chromatin.slopes(x_um, y_um);
             let dark = 0.88 + 0.42 * chromatin + 0.22 * cover.membrane + 0.12 * ground.inflamed;
             dyes = dyes.scaled(1.0 - 0.75 * cover.nucleus);
-            dyes.add(
-                Dyes {
-                    haematoxylin: dark,
-                    eosin: 0.25,
-                },
-                cover.nucleus,
-            );
+            dyes.add(Dyes { haematoxylin: dark, eosin: 0.25 }, cover.nucleus);
         }
         dyes.scaled(1.0 - hole).light()
     }
@@ -108,9 +102,7 @@ impl Tissue {
         let (mut first, mut second) = (9.0_f32, 9.0_f32);
         for row in -1..=1_i32 {
             for column in -1..=1_i32 {
-                let bits = self
-                    .fat
-                    .bits(at.column.wrapping_add(column), at.row.wrapping_add(row));
+                let bits = self.fat.bits(at.column.wrapping_add(column), at.row.wrapping_add(row));
                 let dx = column as f32 + 0.2 + 0.6 * byte(bits, 0) - at.fx;
                 let dy = row as f32 + 0.2 + 0.6 * byte(bits, 1) - at.fy;
                 let square = dx * dx + dy * dy;
@@ -127,21 +119,12 @@ impl Tissue {
         let outside = ramp(-1.2, 1.2, distance);
         let mut dyes = Dyes::default();
         if outside > 0.0 {
-            dyes.add(
-                stroma(self.fibre(flat_x, flat_y, ground.weave), ground, grain[0]),
-                outside,
-            );
+            dyes.add(stroma(self.fibre(flat_x, flat_y, ground.weave), ground, grain[0]), outside);
         }
         if outside < 1.0 {
             let lumen = 1.0 - ramp(-LINING_UM - 2.5, -LINING_UM + 1.5, distance + 2.2 * grain[1]);
             dyes.add(lining(distance, grain), (1.0 - outside) * (1.0 - lumen));
-            dyes.add(
-                Dyes {
-                    haematoxylin: 0.03,
-                    eosin: 0.06 + 0.02 * grain[0],
-                },
-                lumen,
-            );
+            dyes.add(Dyes { haematoxylin: 0.03, eosin: 0.06 + 0.02 * grain[0] }, lumen);
         }
         dyes
     }
@@ -166,17 +149,11 @@ impl Tissue {
         if distance < -LINING_UM - NUCLEUS_REACH_UM {
             return cover;
         }
-        let crowd_limit = if distance < NUCLEUS_REACH_UM {
-            1.0
-        } else {
-            stroma_crowd(ground)
-        };
+        let crowd_limit = if distance < NUCLEUS_REACH_UM { 1.0 } else { stroma_crowd(ground) };
         let at = self.nuclei.place(point_um[0], point_um[1]).nearest_four();
         for index in 0..4 {
             let (right, below) = (index & 1, index >> 1);
-            let bits = self
-                .nuclei
-                .bits(at.column.wrapping_add(right), at.row.wrapping_add(below));
+            let bits = self.nuclei.bits(at.column.wrapping_add(right), at.row.wrapping_add(below));
             if byte(bits, 2) < crowd_limit {
                 let corner = [right as f32 - at.fx, below as f32 - at.fy];
                 add_nucleus(bits, corner, ground, &mut cover);
@@ -201,10 +178,7 @@ impl Specimen for Tissue {
 
 impl Dyes {
     fn scaled(self, part: f32) -> Self {
-        Self {
-            haematoxylin: self.haematoxylin * part,
-            eosin: self.eosin * part,
-        }
+        Self { haematoxylin: self.haematoxylin * part, eosin: self.eosin * part }
     }
 
     fn add(&mut self, other: Self, part: f32) {
@@ -237,10 +211,7 @@ fn stroma(fibre: f32, ground: &Ground, grain: f32) -> Dyes {
 /// The cells that line a gland: bluish cytoplasm, paler towards the lumen.
 fn lining(distance_um: f32, grain: [f32; 2]) -> Dyes {
     let basal = ramp(-LINING_UM, 0.0, distance_um);
-    Dyes {
-        haematoxylin: 0.15 + 0.16 * basal + 0.07 * grain[0],
-        eosin: 0.42 + 0.10 * grain[1],
-    }
+    Dyes { haematoxylin: 0.15 + 0.16 * basal + 0.07 * grain[0], eosin: 0.42 + 0.10 * grain[1] }
 }
 
 /// Share of the places between glands that hold a nucleus.
@@ -273,9 +244,7 @@ fn add_nucleus(bits: u32, corner: [f32; 2], ground: &Ground, cover: &mut Cover) 
     let axis = nucleus_axis(lining, slender, ground);
     let lengthwise = dx * axis[0] + dy * axis[1];
     let (thin, long) = (1.0 / (half_width * half_width), 1.0 / (half_length * half_length));
-    let reach = (square * thin - lengthwise * lengthwise * (thin - long))
-        .max(0.0)
-        .sqrt();
+    let reach = (square * thin - lengthwise * lengthwise * (thin - long)).max(0.0).sqrt();
     let inside_um = (1.0 - reach) * half_width;
     let here = present * ramp(-SOFT_UM, SOFT_UM, inside_um) * (1.0 - cover.nucleus);
     cover.membrane += here * (1.0 - ramp(0.2, 1.2, inside_um));

@@ -1,0 +1,124 @@
+//! Guides that are not straight: where the table's centre is when the slides are somewhere.
+//!
+//! The error model of stacked slides with X carrying Y, in ISO 230-1 symbols. Each slide's rotations act over the
+//! offset from its own scale:
+//!
+//! dX = EXY(y) − a·y − ECX(x)(y + py) − ECY(y) py + EBX(x) pz + EBY(y) pz
+//! dY = EYX(x) + ECX(x) px + ECY(y) px − EAX(x) pz − EAY(y) pz
+//!
+//! with x, y from the middle of the travel. EXX and EYY are in the scales.
+
+use crate::noise::Noise;
+use crate::plant::GeometryPlant;
+use crate::trig::sin_turns;
+
+/// Arc seconds in a radian.
+const ARCSEC: f64 = 206_264.806;
+
+/// A smooth error along a travel: a few waves, scaled to a peak-to-peak value.
+#[derive(Clone, Debug)]
+struct Wavy {
+    waves: Vec<(f64, f64, f64)>,
+    travel_um: f64,
+}
+
+impl Wavy {
+    fn new(waves: &[f64], peak_to_peak: f64, travel_mm: f64, noise: &mut Noise) -> Self {
+        let waves =
+            waves.iter().map(|&n| (n, noise.uniform(0.0, 1.0), noise.uniform(0.5, 1.0))).collect::<Vec<_>>();
+        let mut wavy = Self { waves, travel_um: travel_mm * 1e3 };
+        let along = (0..=400).map(|i| wavy.at(f64::from(i) / 400.0 * wavy.travel_um));
+        let (low, high) =
+            along.fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(value), high.max(value)));
+        let scale = if high > low { peak_to_peak / (high - low) } else { 0.0 };
+        for wave in &mut wavy.waves {
+            wave.2 *= scale;
+        }
+        wavy
+    }
+
+    fn at(&self, place_um: f64) -> f64 {
+        let turns = place_um / self.travel_um;
+        self.waves.iter().map(|(n, phase, size)| size * sin_turns(n * turns + phase)).sum()
+    }
+}
+
+/// The six errors of one slide that are not in its scale: three rotations (rad) and the straightness (µm).
+#[derive(Clone, Debug)]
+struct Slide {
+    roll: Wavy,
+    pitch: Wavy,
+    yaw: Wavy,
+    straightness: Wavy,
+}
+
+impl Slide {
+    fn new(settings: &GeometryPlant, noise: &mut Noise) -> Self {
+        let angle = |noise: &mut Noise| {
+            Wavy::new(&[2.0, 3.0], settings.angle_arcsec_pp / ARCSEC, settings.travel_mm, noise)
+        };
+        Self {
+            roll: angle(noise),
+            pitch: angle(noise),
+            yaw: angle(noise),
+            straightness: Wavy::new(&[1.0, 2.0], settings.straightness_um_pp, settings.travel_mm, noise),
+        }
+    }
+}
+
+/// Both slides and how they stand to each other.
+#[derive(Clone, Debug)]
+pub struct Geometry {
+    x: Slide,
+    y: Slide,
+    /// Radians; positive opens the angle between the axes.
+    squareness: f64,
+    sideways_um: f64,
+    down_um: f64,
+    centre_um: f64,
+}
+
+impl Geometry {
+    /// The guides of one stage.
+    pub fn new(settings: &GeometryPlant, seed: u64) -> Self {
+        let mut noise = Noise::new(seed, "geometry");
+        Self {
+            x: Slide::new(settings, &mut noise),
+            y: Slide::new(settings, &mut noise),
+            squareness: settings.squareness_arcsec / ARCSEC,
+            sideways_um: settings.scale_sideways_mm * 1e3,
+            down_um: settings.scale_down_mm * 1e3,
+            centre_um: settings.travel_mm * 500.0,
+        }
+    }
+
+    /// How far the table's centre is from where the two slides alone would put it, µm.
+    pub fn deviation_um(&self, slides_um: [f64; 2]) -> [f64; 2] {
+        let [x, y] = slides_um;
+        let across = y - self.centre_um;
+        let (sideways, down) = (self.sideways_um, self.down_um);
+        let (xy, yx) = (self.y.straightness.at(y), self.x.straightness.at(x));
+        let (ecx, ecy) = (self.x.yaw.at(x), self.y.yaw.at(y));
+        let (ebx, eby) = (self.x.pitch.at(x), self.y.roll.at(y));
+        let (eax, eay) = (self.x.roll.at(x), self.y.pitch.at(y));
+        [
+            xy - self.squareness * across - ecx * (across + sideways) - ecy * sideways + (ebx + eby) * down,
+            yx + (ecx + ecy) * sideways - (eax + eay) * down,
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wavy_error_has_the_peak_to_peak_value_it_was_given() {
+        let mut noise = Noise::new(5, "test");
+        let wavy = Wavy::new(&[2.0, 3.0], 4.0, 100.0, &mut noise);
+        let along: Vec<f64> = (0..=400).map(|i| wavy.at(f64::from(i) * 250.0)).collect();
+        let range =
+            along.iter().copied().fold(f64::MIN, f64::max) - along.iter().copied().fold(f64::MAX, f64::min);
+        assert!((range - 4.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,377 @@
+//! The truth of a stage: the `[plant]` half of a preset. Nothing but the twin reads it.
+
+use crate::camera::CameraSettings;
+use serde::Deserialize;
+use std::fmt;
+
+/// Everything that is true of a stage and its surroundings.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plant {
+    /// X axis.
+    pub x: AxisPlant,
+    /// Y axis.
+    pub y: AxisPlant,
+    /// Guides and how the scales lie to the table.
+    pub geometry: GeometryPlant,
+    /// Room, motors, glass, aluminium.
+    pub heat: HeatPlant,
+    /// What stands on the table.
+    pub load: LoadPlant,
+    /// Delays of the control loop.
+    #[serde(rename = "loop")]
+    pub timing: LoopPlant,
+    /// Reference instrument.
+    pub interferometer: InterferometerPlant,
+    /// Thermometers on scale and structure.
+    pub thermometers: ThermometerPlant,
+    /// The microscope's camera.
+    pub camera: CameraSettings,
+}
+
+/// One axis.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AxisPlant {
+    /// Moving mass without load, kg.
+    pub mass_kg: f64,
+    /// Motor.
+    pub motor: MotorPlant,
+    /// Ball screw.
+    pub screw: ScrewPlant,
+    /// Friction of guides and nut.
+    pub friction: FrictionPlant,
+    /// Scale and reading head.
+    pub scale: ScalePlant,
+    /// Limit switches.
+    pub switches: SwitchPlant,
+    /// End stops.
+    pub stops: StopPlant,
+}
+
+/// A stepper.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MotorPlant {
+    /// Full steps a turn.
+    pub full_steps: u32,
+    /// Pulses a full step.
+    pub microsteps: u32,
+    /// Holding torque, N·m.
+    pub holding_torque_nm: f64,
+    /// Detent torque, N·m.
+    pub detent_torque_nm: f64,
+    /// Speed at which the torque has fallen to 1/√2, rev/s.
+    pub corner_rev_s: f64,
+    /// Rotor, coupling and screw, kg·mm².
+    pub inertia_kg_mm2: f64,
+    /// Damping ratio of the rotor's resonance.
+    pub damping_ratio: f64,
+    /// Peak microstep error, part of a full step.
+    pub microstep_error: f64,
+}
+
+/// A ball screw.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScrewPlant {
+    /// mm a turn.
+    pub lead_mm: f64,
+    /// Amplitude of the error that repeats every turn, µm.
+    pub once_per_turn_um: f64,
+    /// Backlash, µm.
+    pub backlash_um: f64,
+    /// Stiffness of bearing, screw and nut, N/µm.
+    pub stiffness_n_um: f64,
+    /// Damping ratio of slide on screw.
+    pub damping_ratio: f64,
+}
+
+/// LuGre friction.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FrictionPlant {
+    /// Coulomb friction, N.
+    pub coulomb_n: f64,
+    /// Breakaway force, N.
+    pub breakaway_n: f64,
+    /// Stribeck speed, mm/s.
+    pub stribeck_mm_s: f64,
+    /// Viscous friction, N per mm/s.
+    pub viscous_n_s_mm: f64,
+    /// Presliding stiffness, N/µm.
+    pub presliding_n_um: f64,
+    /// Presliding damping, N per mm/s.
+    pub bristle_damping_n_s_mm: f64,
+}
+
+/// An incremental scale.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScalePlant {
+    /// Grating period, µm.
+    pub grating_um: f64,
+    /// One count after 4× decoding, µm.
+    pub count_um: f64,
+    /// actual − reading at the zero, µm.
+    pub error_offset_um: f64,
+    /// Slope of the error, µm/mm.
+    pub error_slope_um_mm: f64,
+    /// Curvature of the error, µm/mm².
+    pub error_curvature_um_mm2: f64,
+    /// Local graduation error, µm rms.
+    pub graduation_rms_um: f64,
+    /// Correlation length of the graduation error, mm.
+    pub graduation_length_mm: f64,
+    /// Amplitude of the cyclic error, µm.
+    pub cyclic_um: f64,
+    /// Noise of the reading head, µm rms.
+    pub noise_um: f64,
+    /// Expansion of the glass, µm/m/K.
+    pub expansion_um_m_k: f64,
+    /// Reference mark, mm.
+    pub index_mm: f64,
+    /// Range in which the reference mark repeats, counts.
+    pub index_jitter_counts: f64,
+    /// Filter of the front end, clocks (1000 in a tick).
+    pub filter_clocks: u8,
+    /// Probability of a disturbance on the line, per tick.
+    pub glitch_probability: f64,
+}
+
+/// Limit switches of an axis.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SwitchPlant {
+    /// Low switch, mm.
+    pub low_mm: f64,
+    /// High switch, mm.
+    pub high_mm: f64,
+    /// Scatter of the closing place, µm rms.
+    pub scatter_um: f64,
+    /// Time of bouncing, ms.
+    pub bounce_ms: f64,
+}
+
+/// Rubber end stops.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StopPlant {
+    /// Low stop, mm.
+    pub low_mm: f64,
+    /// High stop, mm.
+    pub high_mm: f64,
+}
+
+/// Guides, and where the scales lie.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GeometryPlant {
+    /// Travel over which the waves below are counted, mm.
+    pub travel_mm: f64,
+    /// Scale to table centre, sideways, mm.
+    pub scale_sideways_mm: f64,
+    /// Scale to table centre, downwards, mm.
+    pub scale_down_mm: f64,
+    /// Pitch, yaw and roll, arc seconds peak to peak in two and three waves.
+    pub angle_arcsec_pp: f64,
+    /// Straightness, µm peak to peak.
+    pub straightness_um_pp: f64,
+    /// Out of squareness, arc seconds; positive opens the angle.
+    pub squareness_arcsec: f64,
+    /// Elastic reversal of the table, µm between the two directions.
+    pub reversal_um: f64,
+    /// Random place of the table, µm rms, drawn anew at each move.
+    pub random_um: f64,
+}
+
+/// Heat.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HeatPlant {
+    /// Mean of the room, °C.
+    pub room_c: f64,
+    /// Swing of the room, ± K.
+    pub room_swing_k: f64,
+    /// Period of the swing, s.
+    pub room_period_s: f64,
+    /// Drift of the table when the motors are warm, µm.
+    pub motor_drift_um: f64,
+    /// Time constant of that drift, s.
+    pub motor_time_s: f64,
+    /// Time constant of the glass, s.
+    pub scale_time_s: f64,
+    /// Time constant of the aluminium, s.
+    pub structure_time_s: f64,
+    /// Expansion of the aluminium, µm/m/K.
+    pub structure_um_m_k: f64,
+    /// Aluminium between the scale's fixed point and the table's centre, mm.
+    pub structure_length_mm: f64,
+}
+
+/// What stands on the table.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LoadPlant {
+    /// Mass, kg; 0 … 10.
+    pub kg: f64,
+    /// Additional friction, N/kg.
+    pub friction_n_kg: f64,
+    /// Sag of the table, µm/kg; it tilts the reading by the down offset.
+    pub sag_um_kg: f64,
+}
+
+/// Delays of the loop.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LoopPlant {
+    /// Jitter of a tick, part of a tick rms.
+    pub jitter: f64,
+    /// Probability that a sample comes too late and the last one is seen again.
+    pub missed_sample_probability: f64,
+}
+
+/// The interferometer.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InterferometerPlant {
+    /// Noise, µm rms.
+    pub noise_um: f64,
+    /// Dead path, µm/K.
+    pub dead_path_um_k: f64,
+    /// Misalignment of a set-up, mrad rms each way.
+    pub misalignment_mrad: f64,
+    /// Air left after correction, ± ppm.
+    pub air_ppm: f64,
+}
+
+/// Thermometers.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ThermometerPlant {
+    /// Offset, K rms.
+    pub offset_k: f64,
+    /// Noise, K rms.
+    pub noise_k: f64,
+}
+
+/// A preset that cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub struct PresetError {
+    /// The file, or the name of a built-in preset.
+    pub file: String,
+    /// Line, from 1.
+    pub line: Option<usize>,
+    /// What is wrong.
+    pub message: String,
+}
+
+impl fmt::Display for PresetError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file)?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+        }
+        write!(f, ": {}", self.message)
+    }
+}
+
+impl PresetError {
+    /// What the TOML reader found wrong in the text of `file`; an unknown key gets the nearest known one.
+    pub fn from_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
+        let line = error.span().map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count());
+        Self { file: file.to_owned(), line, message: with_nearest(error.message()) }
+    }
+}
+
+/// "unknown field `a`, expected one of `b`, `c`" becomes a question.
+fn with_nearest(message: &str) -> String {
+    let mut names = message.split('`').skip(1).step_by(2);
+    let (Some(unknown), true) = (names.next(), message.starts_with("unknown field")) else {
+        return message.trim().replace('\n', " ");
+    };
+    let nearest =
+        names.max_by(|a, b| strsim::jaro_winkler(unknown, a).total_cmp(&strsim::jaro_winkler(unknown, b)));
+    match nearest {
+        Some(nearest) => format!("unknown key `{unknown}`; the nearest valid one is `{nearest}`"),
+        None => format!("unknown key `{unknown}`; no key is valid here"),
+    }
+}
+
+/// The two halves; the controller's is somebody else's.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Halves {
+    #[serde(rename = "controller")]
+    _controller: serde::de::IgnoredAny,
+    plant: Plant,
+}
+
+impl Plant {
+    /// Reads the `[plant]` half of the text of a preset.
+    ///
+    /// # Errors
+    /// Names file, line and key of what is unknown, missing, of the wrong type or outside its range.
+    pub fn read(file: &str, text: &str) -> Result<Self, PresetError> {
+        let halves: Halves =
+            toml::from_str(text).map_err(|error| PresetError::from_toml(file, text, &error))?;
+        halves.plant.check(file, text)?;
+        Ok(halves.plant)
+    }
+
+    /// Numbers that no stage can have would make the simulation explode instead of failing here.
+    fn check(&self, file: &str, text: &str) -> Result<(), PresetError> {
+        for (axis, name) in [(&self.x, "x"), (&self.y, "y")] {
+            for (section, key, value) in axis.positive() {
+                if !(value.is_finite() && value > 0.0) {
+                    let header = format!("[plant.{name}{section}]");
+                    let line = line_of(text, &header, key);
+                    let message = format!("`{key}` = {value} in {header} must be a positive number");
+                    return Err(PresetError { file: file.to_owned(), line, message });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The line on which `key` is set below `header`.
+fn line_of(text: &str, header: &str, key: &str) -> Option<usize> {
+    let mut lines = text.lines().enumerate().skip_while(|(_, line)| !line.starts_with(header)).skip(1);
+    lines
+        .find(|(_, line)| line.split('=').next().is_some_and(|name| name.trim() == key))
+        .map(|(number, _)| number + 1)
+}
+
+impl AxisPlant {
+    fn positive(&self) -> [(&'static str, &'static str, f64); 14] {
+        let (motor, screw, friction, scale) = (&self.motor, &self.screw, &self.friction, &self.scale);
+        [
+            ("", "mass_kg", self.mass_kg),
+            (".motor", "full_steps", f64::from(motor.full_steps)),
+            (".motor", "microsteps", f64::from(motor.microsteps)),
+            (".motor", "holding_torque_nm", motor.holding_torque_nm),
+            (".motor", "corner_rev_s", motor.corner_rev_s),
+            (".motor", "inertia_kg_mm2", motor.inertia_kg_mm2),
+            (".screw", "lead_mm", screw.lead_mm),
+            (".screw", "stiffness_n_um", screw.stiffness_n_um),
+            (".friction", "coulomb_n", friction.coulomb_n),
+            (".friction", "breakaway_n", friction.breakaway_n),
+            (".friction", "stribeck_mm_s", friction.stribeck_mm_s),
+            (".friction", "presliding_n_um", friction.presliding_n_um),
+            (".scale", "grating_um", scale.grating_um),
+            (".scale", "count_um", scale.count_um),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unknown_key_gets_the_nearest_valid_one() {
+        let message = with_nearest("unknown field `masss_kg`, expected one of `mass_kg`, `motor`, `screw`");
+        assert_eq!(message, "unknown key `masss_kg`; the nearest valid one is `mass_kg`");
+    }
+}

@@ -1,0 +1,185 @@
+//! A glass scale with its reading head, and the front end behind it.
+//!
+//! e(r) = actual − reading: the slope and curvature that paper A measured (row A10), graduation error, cyclic error,
+//! and the expansion of the glass.
+
+use crate::noise::Noise;
+use crate::plant::ScalePlant;
+use crate::trig::{floor, sin_turns};
+use abbe_core::front::quadrature::levels;
+use abbe_core::front::{QuadratureCounter, Reading};
+
+/// First node of the graduation table, µm, and the distance of its nodes.
+const TABLE_LOW_UM: f64 = -10_000.0;
+const TABLE_STEP_UM: f64 = 250.0;
+const TABLE_NODES: usize = 521;
+/// Farther from the reference mark than this, its next place is drawn.
+const INDEX_FAR_COUNTS: i64 = 1000;
+/// Random waves that make the graduation error.
+const WAVES: usize = 96;
+
+/// A scale; lengths in µm.
+#[derive(Clone, Debug)]
+pub struct Scale {
+    settings: ScalePlant,
+    graduation: Vec<f64>,
+    cyclic_phase: f64,
+    noise: Noise,
+    counter: QuadratureCounter,
+    /// Count at which the head stands.
+    count: i64,
+    reading_um: f64,
+    /// Clocks of the front end so far.
+    clock: u64,
+    /// Count at which the index pulse will come this time.
+    index_count: i64,
+    /// It has been drawn since the head was last near it.
+    index_drawn: bool,
+    expansion: f64,
+    connected: bool,
+}
+
+impl Scale {
+    /// A scale whose head stands at `place_um`. Power-on: the counter starts at zero there.
+    pub fn new(settings: &ScalePlant, place_um: f64, seed: u64, name: &str) -> Self {
+        let mut noise = Noise::new(seed, &format!("scale {name}"));
+        let graduation = graduation(settings, &mut noise);
+        let cyclic_phase = noise.uniform(0.0, 1.0);
+        let mut scale = Self {
+            settings: settings.clone(),
+            graduation,
+            cyclic_phase,
+            noise,
+            counter: QuadratureCounter::new(settings.filter_clocks, false, false),
+            count: 0,
+            reading_um: place_um,
+            clock: 0,
+            index_count: 0,
+            index_drawn: true,
+            expansion: 0.0,
+            connected: true,
+        };
+        for _ in 0..8 {
+            scale.reading_um = place_um - scale.error_um(scale.reading_um);
+        }
+        scale.count = (scale.reading_um / scale.settings.count_um).floor() as i64;
+        let (a, b) = levels(scale.count);
+        scale.counter = QuadratureCounter::new(scale.settings.filter_clocks, a, b);
+        scale.draw_index();
+        scale
+    }
+
+    /// actual − reading at a reading, µm.
+    pub fn error_um(&self, reading_um: f64) -> f64 {
+        let s = &self.settings;
+        let mm = reading_um * 1e-3;
+        let slow = s.error_offset_um + (s.error_slope_um_mm + s.error_curvature_um_mm2 * mm) * mm;
+        let cyclic = s.cyclic_um * sin_turns(reading_um / s.grating_um + self.cyclic_phase);
+        slow + self.expansion * reading_um + self.graduation_um(reading_um) + cyclic
+    }
+
+    fn graduation_um(&self, reading_um: f64) -> f64 {
+        let along = ((reading_um - TABLE_LOW_UM) / TABLE_STEP_UM).clamp(0.0, (TABLE_NODES - 2) as f64);
+        let node = along as usize;
+        let fraction = along - node as f64;
+        let (left, right) = (self.graduation[node], self.graduation[node + 1]);
+        left + fraction * (right - left)
+    }
+
+    /// The glass is `kelvin` warmer than 20 °C.
+    pub fn warm(&mut self, kelvin: f64) {
+        self.expansion = self.settings.expansion_um_m_k * 1e-6 * kelvin;
+    }
+
+    /// A pulled connector leaves both lines where the receiver's fail-safe puts them.
+    pub fn connect(&mut self, connected: bool) {
+        self.connected = connected;
+        if !connected {
+            self.counter.edge(self.clock, true, true, false);
+        }
+    }
+
+    /// Moves the head to `place_um` within `clocks` of the front end: every edge on the way is fed to it.
+    pub fn move_to(&mut self, place_um: f64, clocks: u64) {
+        // The error changes by at most 5 % of the way: the last reading is a good enough place to ask for it.
+        self.reading_um = place_um - self.error_um(self.reading_um);
+        let seen = self.reading_um + self.settings.noise_um * self.noise.normal();
+        let to = floor(seen / self.settings.count_um);
+        let step = if to > self.count { 1 } else { -1 };
+        // Evenly spaced, 16 fractional bits of a clock.
+        let spacing = (clocks << 16) / (to.abs_diff(self.count) + 1);
+        let mut after = 0;
+        while self.count != to {
+            self.count += step;
+            after += spacing;
+            self.edge(self.clock + (after >> 16));
+        }
+        self.clock += clocks;
+    }
+
+    fn edge(&mut self, clock: u64) {
+        let far = (self.count - self.index_count).abs() > INDEX_FAR_COUNTS;
+        if far && !self.index_drawn {
+            self.draw_index();
+        }
+        self.index_drawn = far;
+        if self.connected {
+            let (a, b) = levels(self.count);
+            self.counter.edge(clock, a, b, self.count == self.index_count);
+        }
+    }
+
+    /// The reference mark repeats to a count, no better.
+    fn draw_index(&mut self) {
+        let nominal = (self.settings.index_mm * 1e3 / self.settings.count_um).round();
+        let jitter = self.noise.uniform(-0.5, 0.5) * self.settings.index_jitter_counts;
+        self.index_count = (nominal + jitter).round() as i64;
+    }
+
+    /// A disturbance shorter than the filter on one line.
+    pub fn glitch(&mut self) {
+        if !self.connected {
+            return;
+        }
+        let (a, b) = levels(self.count);
+        self.counter.edge(self.clock, !a, b, self.count == self.index_count);
+        self.clock += 1;
+        self.counter.edge(self.clock, a, b, self.count == self.index_count);
+    }
+
+    /// What a tick reads.
+    pub fn read(&mut self) -> Reading {
+        self.counter.read(self.clock)
+    }
+
+    /// Where the head reads itself, µm, before it is cut into counts.
+    pub fn position_um(&self) -> f64 {
+        self.reading_um
+    }
+}
+
+/// A stationary error of the given rms and correlation exp(−(d/length)²), at the nodes, with mean zero.
+fn graduation(settings: &ScalePlant, noise: &mut Noise) -> Vec<f64> {
+    let spread = core::f64::consts::SQRT_2 / (settings.graduation_length_mm * 1e3) / core::f64::consts::TAU;
+    let waves: Vec<(f64, f64)> =
+        (0..WAVES).map(|_| (spread * noise.normal(), noise.uniform(0.0, 1.0))).collect();
+    let raw: Vec<f64> = (0..TABLE_NODES)
+        .map(|node| {
+            let at = TABLE_LOW_UM + node as f64 * TABLE_STEP_UM;
+            waves.iter().map(|(frequency, phase)| sin_turns(frequency * at + phase)).sum()
+        })
+        .collect();
+    normalised(raw, settings.graduation_rms_um)
+}
+
+/// Values shifted to mean zero and scaled to `rms`.
+pub(crate) fn normalised(mut values: Vec<f64>, rms: f64) -> Vec<f64> {
+    let n = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let now = (values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / n).sqrt();
+    let scale = if now > 0.0 { rms / now } else { 0.0 };
+    for value in &mut values {
+        *value = (*value - mean) * scale;
+    }
+    values
+}

@@ -1,0 +1,377 @@
+//! The twin itself: two axes, their scales and switches, a table, a room.
+
+use crate::axis::Mechanics;
+use crate::geometry::Geometry;
+use crate::heat::Heat;
+use crate::instruments::Thermometer;
+use crate::noise::Noise;
+use crate::plant::{AxisPlant, Plant};
+use crate::scale::Scale;
+use crate::switches::Switch;
+use abbe_core::edge::{Actuation, AxisInputs, AxisOutputs, Inputs, Outputs, StepRate};
+use abbe_core::front::StepEmitter;
+
+/// Steps of the mechanics in a tick.
+const SUBSTEPS: u32 = 2;
+/// Clocks of the front end in a tick.
+const CLOCKS: u64 = 1000;
+/// Ticks between two steps of heat.
+const HEAT_TICKS: u32 = 100;
+/// Slower than this is rest, mm/s; for the random place of the table.
+const REST_MM_S: f64 = 0.05;
+/// Rest of so many ticks ends a move.
+const REST_TICKS: u32 = 100;
+/// Way over which a new random place is taken, µm.
+const RANDOM_WAY_UM: f64 = 20.0;
+
+/// Something that happens to a stage.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Event {
+    /// Somebody pulls or plugs the encoder of an axis.
+    Encoder {
+        /// Which axis.
+        axis: usize,
+        /// Plugged in.
+        connected: bool,
+    },
+    /// Something blocks the slide, or lets it go.
+    Jam {
+        /// Which axis.
+        axis: usize,
+        /// Blocked.
+        jammed: bool,
+    },
+    /// A steady force on a slide, N.
+    Push {
+        /// Which axis.
+        axis: usize,
+        /// Newton.
+        newton: f64,
+    },
+    /// The low switch slips on its mount, µm.
+    MoveSwitch {
+        /// Which axis.
+        axis: usize,
+        /// Micrometres, positive towards the middle.
+        um: f64,
+    },
+    /// The low switch breaks off: it never closes again.
+    LoseSwitch {
+        /// Which axis.
+        axis: usize,
+    },
+    /// The emergency stop is pressed or pulled out.
+    EmergencyStop {
+        /// Pressed.
+        pressed: bool,
+    },
+    /// The power stage of an axis reports a fault, or no longer.
+    DriveFault {
+        /// Which axis.
+        axis: usize,
+        /// Faulty.
+        faulty: bool,
+    },
+    /// The controller misses ticks.
+    SkipTicks {
+        /// How many.
+        ticks: u32,
+    },
+    /// The host falls silent or speaks again.
+    HostSilent {
+        /// Silent.
+        silent: bool,
+    },
+}
+
+/// What only instruments may see.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Truth {
+    /// Time since power-on, s.
+    pub time_s: f64,
+    /// The table's centre, µm.
+    pub table_um: [f64; 2],
+    /// The slides at their scales, µm.
+    pub slides_um: [f64; 2],
+    /// Speed of the slides, mm/s.
+    pub speed_mm_s: [f64; 2],
+}
+
+/// One axis with its sensors.
+#[derive(Clone, Debug)]
+struct Axis {
+    mechanics: Mechanics,
+    scale: Scale,
+    low: Switch,
+    high: Switch,
+    emitter: StepEmitter,
+    table: Table,
+    drive_fault: bool,
+    glitch_probability: f64,
+    /// What the last tick saw, for samples that come too late.
+    seen: AxisInputs,
+}
+
+/// The table on its slide: elastic reversal and a place of its own after each move.
+#[derive(Clone, Debug)]
+struct Table {
+    half_reversal_um: f64,
+    random_um: f64,
+    follows_um: f64,
+    offset_um: f64,
+    next_um: f64,
+    last_um: f64,
+    rest_ticks: u32,
+    noise: Noise,
+}
+
+impl Table {
+    fn new(plant: &Plant, place_um: f64, seed: u64, name: &str) -> Self {
+        Self {
+            half_reversal_um: 0.5 * plant.geometry.reversal_um,
+            random_um: plant.geometry.random_um,
+            follows_um: place_um,
+            offset_um: 0.0,
+            next_um: 0.0,
+            last_um: place_um,
+            rest_ticks: 0,
+            noise: Noise::new(seed, &format!("table {name}")),
+        }
+    }
+
+    fn step(&mut self, place_um: f64, speed_mm_s: f64) {
+        let half = self.half_reversal_um;
+        self.follows_um = self.follows_um.clamp(place_um - half, place_um + half);
+        if speed_mm_s.abs() < REST_MM_S {
+            self.rest_ticks = self.rest_ticks.saturating_add(1);
+        } else {
+            if self.rest_ticks > REST_TICKS {
+                self.next_um = self.random_um * self.noise.normal();
+            }
+            self.rest_ticks = 0;
+        }
+        let way = ((place_um - self.last_um).abs() / RANDOM_WAY_UM).min(1.0);
+        self.offset_um += way * (self.next_um - self.offset_um);
+        self.last_um = place_um;
+    }
+
+    fn place_um(&self) -> f64 {
+        self.follows_um + self.offset_um
+    }
+}
+
+impl Axis {
+    fn new(plant: &Plant, axis: &AxisPlant, place_mm: f64, seed: u64, name: &str) -> Self {
+        let place_um = place_mm * 1e3;
+        let switches = &axis.switches;
+        Self {
+            mechanics: Mechanics::new(axis, &plant.load, place_mm, seed, name),
+            scale: Scale::new(&axis.scale, place_um, seed, name),
+            low: Switch::new(switches, switches.low_mm, -1.0, seed, &format!("{name} low")),
+            high: Switch::new(switches, switches.high_mm, 1.0, seed, &format!("{name} high")),
+            emitter: StepEmitter::default(),
+            table: Table::new(plant, place_um, seed, name),
+            drive_fault: false,
+            glitch_probability: axis.scale.glitch_probability,
+            seen: AxisInputs::default(),
+        }
+    }
+
+    /// One tick of `dt` seconds under `output`.
+    fn step(&mut self, output: &AxisOutputs, dt: f64) {
+        let rate = match output.actuation {
+            Actuation::Steps(rate) if output.enable && !self.drive_fault => rate,
+            _ => StepRate(0),
+        };
+        self.emitter.begin_tick(rate);
+        let pulses = self.emitter.pulses_at(0);
+        self.mechanics.energise(output.enable && !self.drive_fault, pulses);
+        for substep in 1..=SUBSTEPS {
+            let pulses = self.emitter.pulses_at(65_536 * substep / SUBSTEPS);
+            self.mechanics.step(pulses, dt / f64::from(SUBSTEPS));
+            self.scale.move_to(self.mechanics.place_um(), CLOCKS / u64::from(SUBSTEPS));
+        }
+        self.table.step(self.mechanics.place_um(), self.mechanics.speed_mm_s());
+    }
+
+    fn sample(&mut self, dt: f64, missed: bool, noise: &mut Noise) -> AxisInputs {
+        if noise.chance(self.glitch_probability) {
+            self.scale.glitch();
+        }
+        let place = self.mechanics.place_um();
+        let (limit_low, limit_high) = (self.low.contact(place, dt), self.high.contact(place, dt));
+        if missed {
+            // The counts are not lost, only late.
+            return AxisInputs { illegal: 0, glitches: 0, index: None, ..self.seen };
+        }
+        let reading = self.scale.read();
+        self.seen = AxisInputs {
+            counter: reading.counter,
+            illegal: reading.illegal,
+            glitches: reading.glitches,
+            index: reading.index,
+            sin_cos: None,
+            pulses: self.emitter.pulses_at(65_536),
+            limit_low,
+            limit_high,
+            drive_fault: self.drive_fault,
+        };
+        self.seen
+    }
+}
+
+/// The simulated stage.
+#[derive(Clone, Debug)]
+pub struct Twin {
+    plant: Plant,
+    seed: u64,
+    tick_s: f64,
+    tick: u32,
+    time_s: f64,
+    axes: [Axis; 2],
+    geometry: Geometry,
+    heat: Heat,
+    thermometers: [Thermometer; 2],
+    temperatures_mk: [i32; 2],
+    emergency_stop: bool,
+    heartbeat_age: Option<u32>,
+    noise: Noise,
+    /// Outputs on their way to the power stages, and inputs on their way to the controller.
+    outputs: Outputs<2>,
+    inputs: Inputs<2>,
+}
+
+impl Twin {
+    /// A stage that has stood switched off for a day, its slides wherever somebody left them.
+    pub fn new(plant: &Plant, tick_hz: f64, seed: u64) -> Self {
+        let mut noise = Noise::new(seed, "loop");
+        let left_at = [noise.uniform(10.0, 90.0), noise.uniform(10.0, 90.0)];
+        Self::standing_at(plant, tick_hz, seed, left_at)
+    }
+
+    /// The same with the slides at a given place, mm.
+    pub fn standing_at(plant: &Plant, tick_hz: f64, seed: u64, place_mm: [f64; 2]) -> Self {
+        let heat = Heat::new(&plant.heat, seed);
+        let axes = [
+            Axis::new(plant, &plant.x, place_mm[0], seed, "x"),
+            Axis::new(plant, &plant.y, place_mm[1], seed, "y"),
+        ];
+        let thermometers =
+            ["scale", "structure"].map(|name| Thermometer::new(&plant.thermometers, seed, name));
+        let mut twin = Self {
+            plant: plant.clone(),
+            seed,
+            tick_s: 1.0 / tick_hz,
+            tick: 0,
+            time_s: 0.0,
+            axes,
+            geometry: Geometry::new(&plant.geometry, seed),
+            heat,
+            thermometers,
+            temperatures_mk: [0; 2],
+            emergency_stop: false,
+            heartbeat_age: None,
+            noise: Noise::new(seed, "jitter"),
+            outputs: Outputs::OFF,
+            inputs: Inputs::at_rest(0),
+        };
+        twin.step_heat(false);
+        twin.inputs = twin.sample();
+        twin
+    }
+
+    /// One tick: takes what the controller puts out, returns what it sees next. Both are a tick late, as on a real
+    /// board.
+    pub fn step(&mut self, outputs: &Outputs<2>) -> Inputs<2> {
+        let acting = core::mem::replace(&mut self.outputs, *outputs);
+        let dt = self.tick_s * (1.0 + self.plant.timing.jitter * self.noise.normal());
+        for (axis, output) in self.axes.iter_mut().zip(&acting.axes) {
+            axis.step(output, dt);
+        }
+        self.time_s += dt;
+        self.tick = self.tick.wrapping_add(1);
+        if self.tick.is_multiple_of(HEAT_TICKS) {
+            self.step_heat(acting.axes.iter().any(|axis| axis.enable));
+        }
+        if let Some(age) = &mut self.heartbeat_age {
+            *age = age.saturating_add(1);
+        }
+        let fresh = self.sample();
+        let tick = fresh.tick;
+        let delayed = core::mem::replace(&mut self.inputs, fresh);
+        // The number is the tick's own, whatever the age of what it sees.
+        Inputs { tick, ..delayed }
+    }
+
+    fn sample(&mut self) -> Inputs<2> {
+        let missed = self.noise.chance(self.plant.timing.missed_sample_probability);
+        let (dt, noise) = (self.tick_s, &mut self.noise);
+        let mut inputs = Inputs::at_rest(self.tick);
+        for (input, axis) in inputs.axes.iter_mut().zip(&mut self.axes) {
+            *input = axis.sample(dt, missed, noise);
+        }
+        inputs.emergency_stop = self.emergency_stop;
+        inputs.temperatures_mk = self.temperatures_mk;
+        inputs.heartbeat_age = self.heartbeat_age.unwrap_or(0);
+        inputs
+    }
+
+    fn step_heat(&mut self, drives_on: bool) {
+        self.heat.step(f64::from(HEAT_TICKS) * self.tick_s, drives_on);
+        let warmer = self.heat.scale_c() - 20.0;
+        for axis in &mut self.axes {
+            axis.scale.warm(warmer);
+        }
+        let shown = [self.heat.scale_c(), self.heat.structure_c()];
+        for ((mk, thermometer), true_c) in
+            self.temperatures_mk.iter_mut().zip(&mut self.thermometers).zip(shown)
+        {
+            *mk = (thermometer.read_c(true_c) * 1e3).round() as i32;
+        }
+    }
+
+    /// Something happens to the stage.
+    pub fn happen(&mut self, event: Event) {
+        match event {
+            Event::Encoder { axis, connected } => self.axes[axis].scale.connect(connected),
+            Event::Jam { axis, jammed } => self.axes[axis].mechanics.jammed = jammed,
+            Event::Push { axis, newton } => self.axes[axis].mechanics.push = newton,
+            Event::MoveSwitch { axis, um } => self.axes[axis].low.shift(um),
+            Event::LoseSwitch { axis } => self.axes[axis].low.shift(-1e9),
+            Event::EmergencyStop { pressed } => self.emergency_stop = pressed,
+            Event::DriveFault { axis, faulty } => self.axes[axis].drive_fault = faulty,
+            Event::SkipTicks { ticks } => self.tick = self.tick.wrapping_add(ticks),
+            Event::HostSilent { silent } => self.heartbeat_age = silent.then_some(0),
+        }
+    }
+
+    /// Where everything really is. For instruments only.
+    pub fn truth(&self) -> Truth {
+        let slides_um = self.axes.each_ref().map(|axis| axis.mechanics.place_um());
+        let tables = self.axes.each_ref().map(|axis| axis.table.place_um());
+        let bent = self.geometry.deviation_um(slides_um);
+        let drift = self.heat.drift_um();
+        let sag = self.plant.load.sag_um_kg * self.plant.load.kg;
+        Truth {
+            time_s: self.time_s,
+            table_um: [tables[0] + bent[0] + drift[0] + sag, tables[1] + bent[1] + drift[1] + sag],
+            slides_um,
+            speed_mm_s: self.axes.each_ref().map(|axis| axis.mechanics.speed_mm_s()),
+        }
+    }
+
+    /// The room. For instruments only.
+    pub fn heat(&self) -> &Heat {
+        &self.heat
+    }
+
+    /// The truth this twin was made from. For instruments only.
+    pub fn plant(&self) -> &Plant {
+        &self.plant
+    }
+
+    /// The seed this twin was made with.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+}
