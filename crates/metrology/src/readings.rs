@@ -480,11 +480,12 @@ fn ascending(mut rows: Vec<Row>) -> Result<Vec<Row>, Located> {
     for i in 1..rows.len() {
         let (row, previous_mm) = (&rows[i], rows[i - 1].target_mm);
         let (target_mm, approach) = (row.target_mm, row.approach);
-        if rows[..i].iter().any(|earlier| earlier.target_mm == target_mm) {
-            return Err((row.line, ReadingsFault::DuplicateTarget { target_mm, approach }));
-        }
-        if (target_mm < previous_mm) != descending {
-            return Err((row.line, ReadingsFault::UnsortedTarget { target_mm, previous_mm, approach }));
+        let in_order = if descending { target_mm < previous_mm } else { target_mm > previous_mm };
+        if !in_order {
+            let again = rows[..i].iter().any(|earlier| earlier.target_mm == target_mm);
+            let duplicate = ReadingsFault::DuplicateTarget { target_mm, approach };
+            let unsorted = ReadingsFault::UnsortedTarget { target_mm, previous_mm, approach };
+            return Err((row.line, if again { duplicate } else { unsorted }));
         }
     }
     if descending {
@@ -493,9 +494,14 @@ fn ascending(mut rows: Vec<Row>) -> Result<Vec<Row>, Located> {
     Ok(rows)
 }
 
+/// Both sides are ascending.
 fn check_same_targets(up: &[Row], down: &[Row]) -> Result<(), Located> {
     let alone = |rows: &[Row], others: &[Row]| {
-        let row = rows.iter().find(|row| others.iter().all(|other| other.target_mm != row.target_mm))?;
+        let has = |target_mm: f64| {
+            let place = others.partition_point(|other| other.target_mm < target_mm);
+            others.get(place).is_some_and(|other| other.target_mm == target_mm)
+        };
+        let row = rows.iter().find(|row| !has(row.target_mm))?;
         Some((row.line, ReadingsFault::OneSided { target_mm: row.target_mm, approach: row.approach }))
     };
     match alone(up, down).or_else(|| alone(down, up)) {

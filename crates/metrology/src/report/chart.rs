@@ -6,6 +6,7 @@
 use std::fmt::Display;
 
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, ValueFormatter};
 use plotters::prelude::*;
 
 use super::ReportError;
@@ -24,6 +25,48 @@ const HEIGHT: u32 = 310;
 
 /// Points of a line beyond which it is thinned; more than the plot has pixels.
 const MOST_POINTS: usize = 1500;
+
+/// The drawing surface inside the two scales.
+type Frame<'a, DB> = ChartContext<'a, DB, Cartesian2d<Scale, Scale>>;
+
+/// A linear scale that knows where its labels stand; the library's own loses one now and then to rounding.
+#[derive(Clone)]
+struct Scale {
+    ends: (f64, f64),
+    labels: Vec<f64>,
+    decimals: usize,
+}
+
+impl Scale {
+    fn new(ends: (f64, f64)) -> Self {
+        let (labels, decimals) = ticks(ends);
+        Self { ends, labels, decimals }
+    }
+}
+
+impl Ranged for Scale {
+    type FormatOption = NoDefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, (from, to): (i32, i32)) -> i32 {
+        let part = (value - self.ends.0) / (self.ends.1 - self.ends.0);
+        from + (part.clamp(-1.0, 2.0) * f64::from(to - from)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        if hint.weight().allow_light_points() { Vec::new() } else { self.labels.clone() }
+    }
+
+    fn range(&self) -> std::ops::Range<f64> {
+        self.ends.0..self.ends.1
+    }
+}
+
+impl ValueFormatter<f64> for Scale {
+    fn format_ext(&self, value: &f64) -> String {
+        number(*value, self.decimals)
+    }
+}
 
 /// A plot: two scales and what is drawn on them, in order.
 pub(super) struct Chart {
@@ -90,16 +133,12 @@ impl Chart {
             .margin_right(14 * FINE)
             .x_label_area_size(44 * FINE)
             .y_label_area_size(62 * FINE)
-            .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
+            .build_cartesian_2d(Scale::new(x), Scale::new(y))?;
         let text = |size: u32| ("sans-serif", size * FINE).into_font().color(&INK);
         chart
             .configure_mesh()
             .x_desc(self.x)
             .y_desc(self.y)
-            .x_labels(8)
-            .y_labels(7)
-            .x_label_formatter(&|v| number(*v, decimals(x)))
-            .y_label_formatter(&|v| number(*v, decimals(y)))
             .label_style(text(15))
             .axis_desc_style(text(16))
             .axis_style(INK.stroke_width(FINE))
@@ -111,31 +150,7 @@ impl Chart {
             chart.draw_series(LineSeries::new([(x.0, 0.0), (x.1, 0.0)], GREY.stroke_width(FINE)))?;
         }
         for series in &self.series {
-            let (colour, pen) = (series.colour, series.colour.stroke_width(2 * FINE));
-            match &series.mark {
-                Mark::Line(points) => {
-                    chart.draw_series(LineSeries::new(thinned(points), pen))?;
-                }
-                Mark::Dashed(points) => {
-                    chart.draw_series(DashedLineSeries::new(thinned(points), 7 * FINE, 5 * FINE, pen))?;
-                }
-                Mark::Dots(points) => {
-                    chart.draw_series(finite(points).map(|p| Circle::new(p, 3 * FINE, colour.filled())))?;
-                }
-                Mark::Crosses(points) => {
-                    chart.draw_series(finite(points).map(|p| Cross::new(p, 3 * FINE, pen)))?;
-                }
-                Mark::Bars(bars) => {
-                    let bars = bars.iter().filter(|b| b.1.is_finite() && b.3.is_finite());
-                    chart.draw_series(bars.map(|&(x, low, mean, high)| {
-                        ErrorBar::new_vertical(x, low, mean, high, pen, 7 * FINE)
-                    }))?;
-                }
-                Mark::Band(low, high) => {
-                    let corners = [(x.0, low.max(y.0)), (x.1, high.min(y.1))];
-                    chart.draw_series([Rectangle::new(corners, colour.mix(0.15).filled())])?;
-                }
-            }
+            series.draw(&mut chart, x, y)?;
         }
         area.present()
     }
@@ -185,7 +200,7 @@ impl Mark {
                 )
             }
             Self::Bars(_) => format!(
-                "<path d=\"M14 0V12M10 1H18M10 11H18\" stroke=\"{colour}\" stroke-width=\"1.5\"/><circle cx=\"14\" cy=\"6\" r=\"2.5\" fill=\"{colour}\"/>"
+                "<path d=\"M14 0V12M10 1H18M10 11H18\" stroke=\"{colour}\" stroke-width=\"1.5\"/><circle cx=\"14\" cy=\"6\" r=\"2.5\" fill=\"#fff\" stroke=\"{colour}\"/>"
             ),
             Self::Band(..) => format!(
                 "<rect x=\"1\" y=\"1\" width=\"26\" height=\"10\" fill=\"{colour}\" opacity=\"0.25\"/>"
@@ -195,6 +210,40 @@ impl Mark {
 }
 
 impl Series {
+    /// Draws the mark; `x` and `y` are the ends of the scales.
+    fn draw<DB: DrawingBackend>(
+        &self,
+        frame: &mut Frame<'_, DB>,
+        x: (f64, f64),
+        y: (f64, f64),
+    ) -> Result<(), DrawingAreaErrorKind<DB::ErrorType>> {
+        let (colour, pen) = (self.colour, self.colour.stroke_width(2 * FINE));
+        match &self.mark {
+            Mark::Line(points) => {
+                frame.draw_series(LineSeries::new(thinned(points), pen))?;
+            }
+            Mark::Dashed(points) => {
+                frame.draw_series(DashedLineSeries::new(thinned(points), 7 * FINE, 5 * FINE, pen))?;
+            }
+            Mark::Dots(points) => {
+                frame.draw_series(finite(points).map(|p| Circle::new(p, 3 * FINE, colour.filled())))?;
+            }
+            Mark::Crosses(points) => {
+                frame.draw_series(finite(points).map(|p| Cross::new(p, 3 * FINE, pen)))?;
+            }
+            Mark::Bars(bars) => {
+                let whole = bars.iter().filter(|(x, low, mean, high)| (x + low + mean + high).is_finite());
+                let bar = |&(x, low, mean, high)| ErrorBar::new_vertical(x, low, mean, high, pen, 7 * FINE);
+                frame.draw_series(whole.map(bar))?;
+            }
+            Mark::Band(low, high) => {
+                let corners = [(x.0, low.max(y.0)), (x.1, high.min(y.1))];
+                frame.draw_series([Rectangle::new(corners, colour.mix(0.15).filled())])?;
+            }
+        }
+        Ok(())
+    }
+
     fn key(&self) -> String {
         let RGBColor(r, g, b) = self.colour;
         let sample = self.mark.sample(&format!("#{r:02x}{g:02x}{b:02x}"));
@@ -205,10 +254,16 @@ impl Series {
     }
 }
 
-/// Decimals that tell the labels of a scale apart.
-fn decimals((low, high): (f64, f64)) -> usize {
-    let span = high - low;
-    if span > 8.0 { 0 } else { (1.9 - span.log10()).ceil().clamp(1.0, 6.0) as usize }
+/// Round places for the labels of a scale, about seven, and the decimals that tell them apart.
+fn ticks((low, high): (f64, f64)) -> (Vec<f64>, usize) {
+    let least = (high - low) / 8.0;
+    let decade = 10f64.powf(least.log10().floor());
+    let step =
+        [1.0, 2.0, 5.0].map(|m| m * decade).into_iter().find(|step| *step >= least).unwrap_or(10.0 * decade);
+    let places = (low / step).ceil() as i64..=(high / step).floor() as i64;
+    // A step of exactly 0.1 has a logarithm a hair away from −1.
+    let decimals = (-(step.log10() + 1e-9).floor()).clamp(0.0, 6.0);
+    (places.map(|i| i as f64 * step).collect(), decimals as usize)
 }
 
 fn finite(points: &[(f64, f64)]) -> impl Iterator<Item = (f64, f64)> + '_ {
@@ -255,6 +310,23 @@ mod tests {
         assert!(figure.contains("T &amp; U") && figure.contains("a &lt; b") && !figure.contains("NaN"));
         let empty = Chart { title: String::new(), x: "", y: "", series: vec![] };
         assert!(empty.figure().is_ok());
+    }
+
+    #[test]
+    fn labels_are_round_and_told_apart() {
+        let table = [
+            ((-2.3, 2.3), vec![-2.0, -1.0, 0.0, 1.0, 2.0], 0),
+            ((21.26, 21.89), vec![21.3, 21.4, 21.5, 21.6, 21.7, 21.8], 1),
+            ((0.0, 100.0), vec![0.0, 20.0, 40.0, 60.0, 80.0, 100.0], 0),
+            ((0.4, 0.81), vec![0.4, 0.5, 0.6, 0.7, 0.8], 1),
+            ((-1e-6, 1e-6), vec![-1e-6, -5e-7, 0.0, 5e-7, 1e-6], 6),
+        ];
+        for (ends, expected, decimals) in table {
+            let (places, found) = ticks(ends);
+            assert_eq!(found, decimals, "{ends:?}");
+            assert_eq!(places.len(), expected.len(), "{places:?}");
+            assert!(places.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-9));
+        }
     }
 
     #[test]

@@ -33,6 +33,16 @@ pub(super) fn signed(value: f64, decimals: usize) -> String {
     if plus { format!("+{text}") } else { text }
 }
 
+/// `text` escaped inside a tag; a line break in it stays one.
+fn wrapped(tag: &str, text: &str) -> String {
+    format!("<{tag}>{}</{tag}>", escaped(text).replace('\n', "<br>"))
+}
+
+/// Pieces of HTML one after the other.
+pub(super) fn each(pieces: impl Iterator<Item = String>) -> String {
+    pieces.collect::<Vec<_>>().concat()
+}
+
 /// A table under construction: plain text in, escaped HTML out.
 pub(super) struct Table {
     html: String,
@@ -41,26 +51,22 @@ pub(super) struct Table {
 impl Table {
     /// `class` is a class of the style sheet, or empty.
     pub(super) fn new(class: &str, caption: &str, head: &[&str]) -> Self {
-        let mut html = format!("<table class=\"{class}\">\n");
-        if !caption.is_empty() {
-            html += &format!("<caption>{}</caption>\n", escaped(caption));
-        }
-        let cells: String =
-            head.iter().map(|cell| format!("<th scope=\"col\">{}</th>", escaped(cell))).collect();
-        html += &format!("<thead><tr>{cells}</tr></thead>\n<tbody>\n");
-        Self { html }
+        let caption = if caption.is_empty() { String::new() } else { wrapped("caption", caption) };
+        let cells = each(head.iter().map(|text| wrapped("th", text)));
+        Self { html: format!("<table class=\"{class}\">{caption}<thead><tr>{cells}</tr></thead>\n<tbody>\n") }
     }
 
     /// Adds a row; `class` marks the row, or is empty.
     pub(super) fn row(&mut self, class: &str, cells: &[String]) {
-        let cells: String = cells.iter().map(|cell| format!("<td>{}</td>", escaped(cell))).collect();
-        self.html += &format!("<tr class=\"{class}\">{cells}</tr>\n");
+        let cells = each(cells.iter().map(|text| wrapped("td", text)));
+        self.html.extend(["<tr class=\"", class, "\">", &cells, "</tr>\n"]);
     }
 
     /// Adds a row whose last cell bears a class of its own.
     pub(super) fn row_with_verdict(&mut self, cells: &[String], class: &str, verdict: &str) {
-        let cells: String = cells.iter().map(|cell| format!("<td>{}</td>", escaped(cell))).collect();
-        self.html += &format!("<tr>{cells}<td class=\"{class}\">{}</td></tr>\n", escaped(verdict));
+        let cells = each(cells.iter().map(|text| wrapped("td", text)));
+        let verdict = escaped(verdict);
+        self.html.extend(["<tr>", &cells, "<td class=\"", class, "\">", &verdict, "</td></tr>\n"]);
     }
 
     pub(super) fn finish(self) -> String {
@@ -71,9 +77,7 @@ impl Table {
 /// A list of names and values; pairs without a value are left out.
 pub(super) fn definitions(pairs: &[(String, String)]) -> String {
     let filled = pairs.iter().filter(|(_, value)| !value.is_empty());
-    let items: String = filled
-        .map(|(name, value)| format!("<dt>{}</dt><dd>{}</dd>\n", escaped(name), escaped(value)))
-        .collect();
+    let items = each(filled.map(|(name, value)| wrapped("dt", name) + &wrapped("dd", value) + "\n"));
     format!("<dl>\n{items}</dl>\n")
 }
 

@@ -197,7 +197,7 @@ pub fn headline(axes: &[AxisReport], limits: &Limits) -> Vec<HeadlineRow> {
     let each = |text: &dyn Fn(&Verification) -> String| {
         let texts: Vec<String> =
             found.iter().map(|(axis, v)| format!("{} {}", capital(*axis), text(v))).collect();
-        texts.join(", ")
+        texts.join("\n")
     };
     let largest = |size: fn(&Verification) -> f64| found.iter().map(|(_, v)| size(v)).fold(0.0, f64::max);
     let row = |figure: &str, paper: String, found: String, verdict: Verdict| HeadlineRow {
@@ -209,7 +209,7 @@ pub fn headline(axes: &[AxisReport], limits: &Limits) -> Vec<HeadlineRow> {
     vec![
         row(
             "Largest error before compensation",
-            "X 90 µm, Y 233 µm at 100 mm (its polynomials)".into(),
+            "X +90 µm, Y +233 µm at 100 mm\n(its polynomials)".into(),
             before(axes),
             Verdict::Stated("raw stage".into()),
         ),
@@ -233,7 +233,7 @@ pub fn headline(axes: &[AxisReport], limits: &Limits) -> Vec<HeadlineRow> {
         ),
         row(
             "ISO 230-2 accuracy A, bidirectional",
-            format!("±{:.0} µm stated (no A can be formed)", PAPER_A.stated_um),
+            format!("±{:.0} µm stated\n(no A can be formed)", PAPER_A.stated_um),
             each(&|v| format!("{:.2} µm", v.iso230.figures.a)),
             verdict(largest(|v| v.iso230.figures.a), limits.a_um, ""),
         ),
@@ -245,7 +245,7 @@ fn before(axes: &[AxisReport]) -> String {
         let sizes = a.fit.points.iter().max_by(|p, q| p.error_um.abs().total_cmp(&q.error_um.abs()));
         sizes.map(|p| format!("{} {} µm at {:.0} mm", capital(a.axis), signed(p.error_um, 0), p.x_mm))
     };
-    axes.iter().filter_map(largest).collect::<Vec<_>>().join(", ")
+    axes.iter().filter_map(largest).collect::<Vec<_>>().join("\n")
 }
 
 fn verdict(size_um: f64, limit_um: f64, sign: &str) -> Verdict {

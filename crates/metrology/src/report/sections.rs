@@ -250,7 +250,8 @@ fn gain(axis: &AxisReport) -> String {
 }
 
 fn repeatability(report: &Report) -> Result<String, ReportError> {
-    let text = "Mean of all runs at each target; bars reach from the lowest to the highest reading.";
+    let text = "Mean of all runs at each target; bars reach from the lowest to the highest reading. \
+                Upwards stands left of the target, downwards right of it.";
     pair_of_charts(report, "Repeatability", text, |axis| Chart {
         title: format!("{}: mean, lowest and highest of {} runs", capital(axis.axis), axis.after.runs()),
         x: POSITION,
@@ -408,7 +409,7 @@ fn temperatures(report: &Report) -> Result<String, ReportError> {
             .map(|(log, colour)| series(&log.name, colour, Mark::Line(minutes(&log.readings))))
             .collect(),
     };
-    let mut table = Table::new("", "°C", &["thermometer", "mean", "lowest", "highest"]);
+    let mut table = Table::new("", "Readings in °C", &["thermometer", "mean", "lowest", "highest"]);
     for log in &report.temperatures {
         let values = || log.readings.iter().map(|(_, c)| *c);
         let mean = values().sum::<f64>() / values().count().max(1) as f64;

@@ -65,7 +65,7 @@ impl Instrument for Laser<'_> {
         }
         let mut table = self.table.borrow_mut();
         table.readings += 1;
-        let wobble = if table.readings % 2 == 0 { 0.1 } else { -0.1 };
+        let wobble = if table.readings.is_multiple_of(2) { 0.1 } else { -0.1 };
         Ok((table.truth_mm - self.zero_mm) * 1e3 + wobble)
     }
 }
@@ -159,16 +159,19 @@ fn whoever_fails_is_named() {
     assert!(matches!(error, MeasureError::Plan(PlanFault::TooFewRuns { found: 1 })));
 }
 
+/// Something done to a good plan.
+type Change = fn(&mut Plan);
+
 #[test]
 fn impossible_plans_are_refused_before_anything_moves() {
     let travel = [[-1.0, 101.0], [-1.0, 101.0]];
-    let fault = |change: fn(&mut Plan)| {
+    let fault = |change: Change| {
         let mut plan = plan(Axis::X);
         change(&mut plan);
         plan.check(travel).err().map(|fault| fault.to_string())
     };
     assert_eq!(fault(|_| {}), None);
-    let table: [(fn(&mut Plan), &str); 10] = [
+    let table: [(Change, &str); 10] = [
         (
             |p| p.targets_mm.push(101.0),
             "the start of the way down at 101.5 mm is outside the travel of x, -1 to 101 mm",

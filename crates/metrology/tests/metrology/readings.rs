@@ -173,6 +173,7 @@ fn any_readings() -> impl Strategy<Value = Readings> {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
     #[test]
     fn any_bytes_are_answered_without_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
         let _ = Readings::parse("fuzz", &bytes);
@@ -192,6 +193,12 @@ proptest! {
             prop_assert_eq!(readings.count(), 8);
         }
     }
+
+}
+
+proptest! {
+    // Each case waits for a disk.
+    #![proptest_config(ProptestConfig::with_cases(24))]
 
     #[test]
     fn written_files_read_back_to_a_tenth_of_a_picometre(readings in any_readings()) {
