@@ -1,2 +1,66 @@
-//! Program.
-fn main() {}
+//! The project's own chores: `cargo xtask test`, `cargo xtask figures`.
+
+mod arrows;
+mod commands;
+mod demo;
+mod figures;
+mod gate;
+mod licences;
+mod links;
+mod metadata;
+mod stage;
+mod test;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// The project's own chores.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    chore: Chore,
+}
+
+#[derive(Subcommand)]
+enum Chore {
+    /// Every check of the project, in order, with a table at the end.
+    Test {
+        /// Install what a check lacks (a compiler target), as CI=true does.
+        #[arg(long)]
+        install: bool,
+        /// Only the stages with these names.
+        #[arg(long, value_name = "STAGE", num_args = 1..)]
+        only: Vec<String>,
+    },
+    /// Measures the figures in docs/benchmarks.md again and writes them there.
+    Figures {
+        /// Only this topic; all of them without it.
+        topic: Option<figures::Topic>,
+    },
+}
+
+fn main() -> ExitCode {
+    let root = root();
+    let done = match Arguments::parse().chore {
+        Chore::Test { install, only } => test::run(&stage::Setting::new(root, install), &only),
+        Chore::Figures { topic } => figures::run(&root, topic).map(|()| true),
+    };
+    match done {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The folder that holds the workspace.
+fn root() -> PathBuf {
+    let mut root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    root.pop();
+    root
+}

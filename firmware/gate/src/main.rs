@@ -37,6 +37,8 @@ fn controller(config: Config<2>) {
 pub extern "C" fn _start() -> ! {
     loop {
         every_public_entry();
+        #[cfg(feature = "known-panic")]
+        black_box(black_box([1_u8, 2, 3])[black_box(7_usize)]);
     }
 }
 
