@@ -3,13 +3,15 @@
 //! Two ways lead to a compiler for the board: rustup's target, or Debian's `rustc-web`, which builds `core` from its
 //! source.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 
-use crate::commands::{cargo, output_of, succeeds};
+use crate::commands::{cargo, output_of, stdout_of, succeeds};
 use crate::stage::{Outcome, Setting};
+use crate::witness::panicking_lines;
 
 const TARGET: &str = "thumbv6m-none-eabi";
 /// The symbol that exists nowhere.
@@ -34,8 +36,12 @@ pub(crate) fn check(setting: &Setting) -> Result<Outcome> {
         });
     };
     println!("compiling for {TARGET} with {}", route.name());
-    if let Some(finding) = shut_without_reason(&link(setting, route, &[])?) {
-        return Ok(Outcome::Failed(vec![finding]));
+    let messages = link(setting, route, &[])?;
+    if messages.contains(SYMBOL) {
+        return Ok(Outcome::Failed(who_can_panic(setting, route)?));
+    }
+    if !messages.is_empty() {
+        return Ok(Outcome::Failed(vec![messages]));
     }
     // A gate that nothing can close proves nothing.
     let closed = link(setting, route, &["--features", "known-panic"])?.contains(SYMBOL);
@@ -43,19 +49,30 @@ pub(crate) fn check(setting: &Setting) -> Result<Outcome> {
     Ok(Outcome::of_findings(if closed { Vec::new() } else { vec![finding] }))
 }
 
-/// What to say when the gate's image does not link. `messages`: all the linker said; empty when it linked.
-fn shut_without_reason(messages: &str) -> Option<String> {
-    if messages.is_empty() {
-        return None;
+/// Builds the image once more in readable form, linked or not, and names the lines that can panic.
+fn who_can_panic(setting: &Setting, route: Route) -> Result<Vec<String>> {
+    let folder = std::env::temp_dir().join(format!("abbe-gate-{}", std::process::id()));
+    let mut command = route.cargo(setting);
+    command.args(["rustc", "--release", "--quiet", "--target", TARGET, "--target-dir"]).arg(&folder);
+    command.args(["--", "--emit=llvm-ir", "-C", "link-arg=--unresolved-symbols=ignore-all"]);
+    command.env("CARGO_PROFILE_RELEASE_DEBUG", "line-tables-only");
+    stdout_of(&mut command)?;
+    let image = read_image(&folder.join(TARGET).join("release").join("deps"))?;
+    fs::remove_dir_all(&folder).with_context(|| format!("cannot remove {}", folder.display()))?;
+    let mut findings = vec!["something that firmware/gate calls can panic:".to_owned()];
+    findings.extend(panicking_lines(&image).iter().map(|line| format!("  {line}")));
+    Ok(findings)
+}
+
+/// The compiler's text form of the gate.
+fn read_image(folder: &Path) -> Result<String> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|extension| extension == "ll") {
+            return fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()));
+        }
     }
-    if messages.contains(SYMBOL) {
-        return Some(
-            "something that firmware/gate calls can panic; cargo rustc --release -- --emit=llvm-ir \
-             -C link-arg=--unresolved-symbols=ignore-all in that folder shows who calls core::panicking"
-                .into(),
-        );
-    }
-    Some(messages.to_owned())
+    bail!("the compiler left no readable image in {}", folder.display())
 }
 
 /// Builds the gate; what the compiler and the linker said, empty when it linked.
@@ -141,18 +158,4 @@ impl Route {
 /// Keeps one compiler's files apart from another's.
 fn target_folder(folder: &Path) -> String {
     format!("build.target-dir = {:?}", folder.join("target").join("debian").display().to_string())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_panic_path_is_told_from_another_failure() {
-        assert_eq!(shut_without_reason(""), None);
-        let panic = shut_without_reason("rust-lld: error: undefined symbol: abbe_can_panic").unwrap();
-        assert!(panic.contains("can panic"), "{panic}");
-        let other = shut_without_reason("error[E0463]: can't find crate for `core`").unwrap();
-        assert!(other.contains("E0463"), "{other}");
-    }
 }

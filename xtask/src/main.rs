@@ -10,6 +10,7 @@ mod links;
 mod metadata;
 mod stage;
 mod test;
+mod witness;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
