@@ -131,16 +131,16 @@ impl Chart {
         let mut chart = ChartBuilder::on(area)
             .margin(6 * FINE)
             .margin_right(14 * FINE)
-            .x_label_area_size(44 * FINE)
-            .y_label_area_size(62 * FINE)
+            .x_label_area_size(48 * FINE)
+            .y_label_area_size(66 * FINE)
             .build_cartesian_2d(Scale::new(x), Scale::new(y))?;
         let text = |size: u32| ("sans-serif", size * FINE).into_font().color(&INK);
         chart
             .configure_mesh()
             .x_desc(self.x)
             .y_desc(self.y)
-            .label_style(text(15))
-            .axis_desc_style(text(16))
+            .label_style(text(17))
+            .axis_desc_style(text(18))
             .axis_style(INK.stroke_width(FINE))
             .bold_line_style(GRID.stroke_width(FINE))
             .light_line_style(TRANSPARENT)
