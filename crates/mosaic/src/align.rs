@@ -9,11 +9,11 @@
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::distortion::Distortion;
+use crate::distortion::{Distortion, DistortionSummary};
 use crate::refine::{Division, Match, measure};
 use crate::register::{Correlator, Pair, neighbours, overlapping};
 use crate::shading::Shading;
-use crate::solve::{Observation, Settings, Solution, StageModel, solve};
+use crate::solve::{LensModel, Observation, Settings, Solution, StageModel, solve};
 use crate::stitch::StitchOptions;
 use crate::tiles::TileSet;
 
@@ -27,6 +27,11 @@ const LENS_MOST_SIGMA_PX: f64 = 0.2;
 /// … and at least so large, px at the corner: less is not worth its risk.
 const LENS_LEAST_PX: f64 = 0.1;
 
+/// Terms beyond the radial one are tried with so many blocks or more, …
+const POLYNOMIAL_LEAST_BLOCKS: usize = 60;
+/// … and believed if the median residual falls to this share.
+const POLYNOMIAL_MOST_RESIDUAL: f64 = 0.75;
+
 /// The outcome of registration.
 #[derive(Clone, Debug)]
 pub(crate) struct Alignment {
@@ -38,7 +43,8 @@ pub(crate) struct Alignment {
     pub(crate) prior_px: f64,
     pub(crate) model: StageModel,
     pub(crate) lens: Distortion,
-    pub(crate) lens_verdict: LensVerdict,
+    /// The lens in short, if its distortion is undone.
+    pub(crate) lens_summary: Option<DistortionSummary>,
     pub(crate) shading: Option<Shading>,
     /// How each pair fared.
     pub(crate) overlaps: Vec<OverlapVerdict>,
@@ -57,17 +63,6 @@ pub(crate) struct OverlapVerdict {
     pub(crate) correlation: f64,
 }
 
-/// What became of the lens distortion.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum LensVerdict {
-    /// Estimated and applied, with its standard deviation in px.
-    Applied(f64),
-    /// Not asked for.
-    Off,
-    /// The overlaps do not determine it, or it is no different from none.
-    Insignificant,
-}
-
 /// Registers the tiles. `done` is told how many pairs of how many are measured, twice through.
 pub(crate) fn align(
     set: &TileSet,
@@ -78,7 +73,7 @@ pub(crate) fn align(
     let (pairs, coarse) = work.coarse();
     let first_shading = work.shading(&coarse.solution.places);
     let fine = work.fine(&pairs, &coarse, first_shading.as_ref());
-    let (solution, lens_verdict) = work.solve_fine(&fine);
+    let (solution, lens_summary) = work.solve_fine(&fine);
     let used = used_pairs(&fine, &solution.kept, pairs.len());
     let matched = coarse.matched.iter().filter(|m| **m).count();
     let pairs_used = used.iter().filter(|u| **u).count();
@@ -92,7 +87,7 @@ pub(crate) fn align(
         prior_px: solution.prior_px,
         model: solution.model,
         lens: solution.lens,
-        lens_verdict,
+        lens_summary,
         shading: work.shading(&solution.places),
         unreached: reached.alone(),
         groups: reached.count(),
@@ -170,7 +165,7 @@ impl Work<'_> {
     fn solve_coarse(&self, list: &[Observation]) -> Solution {
         // Distortion and light are not known yet: half a pixel of error is granted to every pair.
         let settings =
-            Settings { floor_px: 0.5, tolerance_px: 2.0, prior_px: self.prior_px(), estimate_lens: false };
+            Settings { floor_px: 0.5, tolerance_px: 2.0, prior_px: self.prior_px(), lens: LensModel::Given };
         solve(&self.nominal, self.lens, list, settings)
     }
 
@@ -201,20 +196,31 @@ impl Work<'_> {
         list
     }
 
-    fn solve_fine(&self, list: &[Observation]) -> (Solution, LensVerdict) {
-        let settings =
-            Settings { floor_px: 0.03, tolerance_px: 0.3, prior_px: self.prior_px(), estimate_lens: true };
+    fn solve_fine(&self, list: &[Observation]) -> (Solution, Option<DistortionSummary>) {
+        let solved = |lens: LensModel| {
+            let settings = Settings { floor_px: 0.03, tolerance_px: 0.3, prior_px: self.prior_px(), lens };
+            solve(&self.nominal, self.lens, list, settings)
+        };
+        let plain = solved(LensModel::Given);
         if !self.options.correct_distortion {
-            let plain = Settings { estimate_lens: false, ..settings };
-            return (solve(&self.nominal, self.lens, list, plain), LensVerdict::Off);
+            return (plain, None);
         }
-        let solution = solve(&self.nominal, self.lens, list, settings);
-        let (size, sigma) = (solution.lens.corner_px.abs(), solution.lens_sigma_px);
-        if size >= LENS_LEAST_PX && size > LENS_SIGMAS * sigma && sigma < LENS_MOST_SIGMA_PX {
-            return (solution, LensVerdict::Applied(sigma));
+        let radial = Some(solved(LensModel::Radial)).filter(radial_is_believed);
+        let simple = radial.as_ref().unwrap_or(&plain);
+        if list.len() >= POLYNOMIAL_LEAST_BLOCKS {
+            let full = solved(LensModel::Polynomial);
+            if full.median_residual_px < POLYNOMIAL_MOST_RESIDUAL * simple.median_residual_px {
+                let summary = summary(&full, true);
+                return (full, Some(summary));
+            }
         }
-        let plain = Settings { estimate_lens: false, ..settings };
-        (solve(&self.nominal, self.lens, list, plain), LensVerdict::Insignificant)
+        match radial {
+            Some(radial) => {
+                let summary = summary(&radial, false);
+                (radial, Some(summary))
+            }
+            None => (plain, None),
+        }
     }
 
     fn shading(&self, places: &[[f64; 2]]) -> Option<Shading> {
@@ -225,6 +231,20 @@ impl Work<'_> {
             .map(|(pair, _)| (pair, difference(places, pair).map(|v| v.round() as i64)))
             .collect();
         Shading::estimate(&self.set.images, &overlaps)
+    }
+}
+
+fn radial_is_believed(solution: &Solution) -> bool {
+    let (size, sigma) = (solution.lens.radial_px().abs(), solution.lens_sigma_px);
+    size >= LENS_LEAST_PX && size > LENS_SIGMAS * sigma && sigma < LENS_MOST_SIGMA_PX
+}
+
+fn summary(solution: &Solution, beyond_radial: bool) -> DistortionSummary {
+    DistortionSummary {
+        radial_corner_px: solution.lens.radial_px(),
+        radial_sigma_px: solution.lens_sigma_px,
+        beyond_radial,
+        largest_px: solution.lens.largest_px(),
     }
 }
 

@@ -2,13 +2,13 @@
 //!
 //! Unknown are the places of the tiles, how the camera frame lies to the nominal one (a shift, an angle and a
 //! scale, common to all tiles) and, if asked for, the lens distortion. One observation says
-//! `delta = place_b − place_a + k · (B(u_a) − B(u_b))`, with `B` the displacement of a unit distortion.
+//! `delta = place_b − place_a + Σ cᵢ · (Bᵢ(u_a) − Bᵢ(u_b))`, with `Bᵢ` the terms of the distortion.
 //! Each tile is also held, weakly, at the place that the common model predicts from its nominal one: a tile that no
 //! observation reaches is placed by the *corrected* prediction, not by the raw nominal.
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::distortion::Distortion;
+use crate::distortion::{Distortion, TERMS};
 use crate::refine::{Information, Match};
 
 /// How far scale and angle may be from one and zero a priori: 2 %.
@@ -33,8 +33,33 @@ pub(crate) struct Settings {
     pub(crate) tolerance_px: f64,
     /// How far a tile may be from its predicted place, one sigma, px; bettered from the tiles themselves.
     pub(crate) prior_px: f64,
-    pub(crate) estimate_lens: bool,
+    pub(crate) lens: LensModel,
 }
+
+/// Which terms of the lens distortion are unknown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LensModel {
+    /// None: the lens is taken as given.
+    Given,
+    /// The radial term.
+    Radial,
+    /// All of second and third degree. Overlaps cannot tell all of them apart (a cubic along the step looks like a
+    /// longer step): what they leave open is taken from the radial term, whose prior is the looser one.
+    Polynomial,
+}
+
+impl LensModel {
+    fn unknowns(self) -> usize {
+        match self {
+            Self::Given => 0,
+            Self::Radial => 1,
+            Self::Polynomial => TERMS,
+        }
+    }
+}
+
+/// Lens coefficients a priori, px: the radial one, and each of the others.
+const LENS_PRIOR_PX: [f64; 2] = [20.0, 2.0];
 
 /// How the camera's frame lies to the nominal one.
 #[derive(Clone, Copy, Debug)]
@@ -87,6 +112,8 @@ pub(crate) struct Solution {
     pub(crate) kept: Vec<bool>,
     /// Root mean square of the kept residuals, px.
     pub(crate) residual_rms_px: f64,
+    /// Median residual of all observations, kept or not, px.
+    pub(crate) median_residual_px: f64,
     /// Root mean square of the observed tiles from their predicted places, px, as used for the prior.
     pub(crate) prior_px: f64,
 }
@@ -157,7 +184,7 @@ impl<'a> System<'a> {
     }
 
     fn unknowns(&self) -> usize {
-        self.common_index() + 4 + usize::from(self.settings.estimate_lens)
+        self.common_index() + 4 + self.settings.lens.unknowns()
     }
 
     fn solve_once(&mut self, weights: &[f64]) {
@@ -180,12 +207,9 @@ impl<'a> System<'a> {
         self.model.shift = [x[c], x[c + 1]];
         self.model.coefficients = [x[c + 2], x[c + 3]];
         self.model.sigma = variance(c + 2).sqrt();
-        if self.settings.estimate_lens {
-            self.lens = self.lens.with_corner_px(x[c + 4]);
-        }
-        let excess = self.excess(weights);
-        if self.settings.estimate_lens {
-            self.lens_sigma_px = (variance(c + 4) * excess).sqrt();
+        if self.settings.lens != LensModel::Given {
+            self.lens = self.lens.with_coefficients(&x.as_slice()[c + 4..]);
+            self.lens_sigma_px = (variance(c + 4) * self.excess(weights)).sqrt();
         }
         self.update_prior(weights);
     }
@@ -197,9 +221,8 @@ impl<'a> System<'a> {
             normal.add(&[(k, 1.0)], self.nominal[0][k], 1e6);
             normal.add(&[(c + 2 + k, 1.0)], 0.0, (MODEL_SIGMA * self.model.extent).powi(-2));
         }
-        if self.settings.estimate_lens {
-            // A distortion of 1 % of the frame is a bad lens already; keeps an unobserved one at zero.
-            normal.add(&[(c + 4, 1.0)], 0.0, 0.05_f64.powi(2));
+        for i in 0..self.settings.lens.unknowns() {
+            normal.add(&[(c + 4 + i, 1.0)], 0.0, LENS_PRIOR_PX[usize::from(i > 0)].powi(-2));
         }
     }
 
@@ -216,36 +239,37 @@ impl<'a> System<'a> {
 
     fn add_observation(&self, normal: &mut Normal, observation: &Observation, weight: f64) {
         let Observation { a, b, found, .. } = observation;
-        let lens = self.unit_difference(found);
+        let lens = self.lens_terms(found);
         let [xx, xy, yy] = with_floor(found.information, self.settings.floor_px).map(|v| v * weight);
         // The square root of the weight matrix turns two correlated equations into independent ones.
         let first = xx.sqrt().max(1e-12);
         let rows = [[first, xy / first], [0.0, (yy - xy * xy / (first * first)).max(0.0).sqrt()]];
+        let given = if self.settings.lens == LensModel::Given { self.pretended(&lens) } else { [0.0; 2] };
         for [wx, wy] in rows {
-            let mut terms = [(2 * b, wx), (2 * b + 1, wy), (2 * a, -wx), (2 * a + 1, -wy), (0, 0.0)];
-            let mut right = wx * found.delta[0] + wy * found.delta[1];
-            let unit = wx * lens[0] + wy * lens[1];
-            if self.settings.estimate_lens {
-                terms[4] = (self.common_index() + 4, unit);
-            } else {
-                right -= unit * self.lens.corner_px;
-            }
+            let mut terms = vec![(2 * b, wx), (2 * b + 1, wy), (2 * a, -wx), (2 * a + 1, -wy)];
+            let unknown = lens.iter().take(self.settings.lens.unknowns()).enumerate();
+            terms.extend(unknown.map(|(i, t)| (self.common_index() + 4 + i, wx * t[0] + wy * t[1])));
+            let right = wx * (found.delta[0] - given[0]) + wy * (found.delta[1] - given[1]);
             normal.add(&terms, right, 1.0);
         }
     }
 
-    /// Displacement between the tiles that a unit distortion pretends.
-    fn unit_difference(&self, found: &Match) -> [f64; 2] {
-        let [a, b] =
-            [found.seen_a, found.seen_b].map(|u| self.lens.unit_displacement(self.lens.ideal_from_seen(u)));
-        [a[0] - b[0], a[1] - b[1]]
+    /// Displacement between the tiles that each lens coefficient pretends if it is one.
+    fn lens_terms(&self, found: &Match) -> [[f64; 2]; TERMS] {
+        let [a, b] = [found.seen_a, found.seen_b].map(|u| self.lens.terms(self.lens.ideal_from_seen(u)));
+        std::array::from_fn(|i| [a[i][0] - b[i][0], a[i][1] - b[i][1]])
+    }
+
+    /// Displacement between the tiles that the present lens pretends.
+    fn pretended(&self, terms: &[[f64; 2]; TERMS]) -> [f64; 2] {
+        let coefficients = self.lens.coefficients();
+        [0, 1].map(|k| terms.iter().zip(coefficients).map(|(t, c)| t[k] * c).sum())
     }
 
     fn residual(&self, observation: &Observation) -> [f64; 2] {
         let Observation { a, b, found, .. } = observation;
-        let lens = self.unit_difference(found);
-        [0, 1]
-            .map(|k| self.places[*b][k] - self.places[*a][k] + self.lens.corner_px * lens[k] - found.delta[k])
+        let lens = self.pretended(&self.lens_terms(found));
+        [0, 1].map(|k| self.places[*b][k] - self.places[*a][k] + lens[k] - found.delta[k])
     }
 
     /// Lengths of the residuals, px.
@@ -294,9 +318,14 @@ impl<'a> System<'a> {
         let squares: Vec<f64> =
             self.residuals().zip(&kept).filter(|(_, k)| **k).map(|(e, _)| e * e).collect();
         let residual_rms_px = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
+        let mut lengths: Vec<f64> = self.residuals().collect();
+        // The gauge leaves a rounding error; the first tile is to stay exactly where it was.
+        let rounding = [0, 1].map(|k| self.places[0][k] - self.nominal[0][k]);
+        let places = self.places.iter().map(|p| [p[0] - rounding[0], p[1] - rounding[1]]).collect();
         Solution {
             residual_rms_px,
-            places: self.places,
+            median_residual_px: median(&mut lengths),
+            places,
             model: self.model,
             lens: self.lens,
             lens_sigma_px: self.lens_sigma_px,
@@ -350,7 +379,7 @@ mod tests {
     use super::*;
 
     const SETTINGS: Settings =
-        Settings { floor_px: 0.05, tolerance_px: 0.5, prior_px: 10.0, estimate_lens: false };
+        Settings { floor_px: 0.05, tolerance_px: 0.5, prior_px: 10.0, lens: LensModel::Given };
 
     /// A grid of tiles whose camera frame is turned and scaled; nominal places are off by a few pixels.
     fn grid(columns: usize, rows: usize) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
@@ -438,11 +467,11 @@ mod tests {
     #[test]
     fn distortion_comes_out_with_the_places() {
         let (nominal, truth) = grid(4, 3);
-        let lens = Distortion::none([512, 512]).with_corner_px(-1.3);
+        let lens = Distortion::none([512, 512]).with_radial_px(-1.3);
         let list = all(&truth, 4, lens, &[0.05, 0.3, 0.5, 0.8, 0.95]);
         let none = Distortion::none([512, 512]);
-        let solution = solve(&nominal, none, &list, Settings { estimate_lens: true, ..SETTINGS });
-        assert!((solution.lens.corner_px + 1.3).abs() < 0.01, "{}", solution.lens.corner_px);
+        let solution = solve(&nominal, none, &list, Settings { lens: LensModel::Radial, ..SETTINGS });
+        assert!((solution.lens.radial_px() + 1.3).abs() < 0.01, "{}", solution.lens.radial_px());
         assert!(rms(&solution.places, &truth) < 0.02);
         let blind = solve(&nominal, none, &list, SETTINGS);
         assert!(rms(&blind.places, &truth) > 0.5, "{}", rms(&blind.places, &truth));

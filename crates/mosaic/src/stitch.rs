@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::align::{Alignment, LensVerdict, align};
-use crate::distortion::Distortion;
+use crate::align::{Alignment, align};
+use crate::distortion::{Distortion, DistortionSummary};
 use crate::fuse::{Canvas, fuse};
 use crate::image::{Image, ImageError};
 use crate::output::{WriteError, stated_pixel_um, write_preview, write_tiff};
@@ -33,7 +33,7 @@ pub enum Background {
 pub struct StitchOptions {
     /// How far displacements may be from the nominal ones, px.
     pub search_radius_px: usize,
-    /// Estimate and undo radial lens distortion.
+    /// Estimate and undo lens distortion.
     pub correct_distortion: bool,
     /// Estimate and undo vignetting and exposure differences.
     pub correct_shading: bool,
@@ -161,8 +161,8 @@ pub struct Registration {
     pub angle_deg: f64,
     /// Standard deviation of the scale, and of the angle in radians.
     pub scale_sigma: f64,
-    /// Lens distortion at the corner, px, negative for barrel, if undone; with its standard deviation.
-    pub distortion_corner_px: Option<[f64; 2]>,
+    /// Lens distortion, if undone.
+    pub distortion: Option<DistortionSummary>,
     /// The light, if undone.
     pub shading: Option<ShadingSummary>,
     /// Agreement of the overlaps at the nominal places, nothing undone.
@@ -292,10 +292,7 @@ fn registered(
         scale: alignment.model.scale(),
         angle_deg: alignment.model.angle_rad().to_degrees(),
         scale_sigma: alignment.model.relative_sigma(),
-        distortion_corner_px: match alignment.lens_verdict {
-            LensVerdict::Applied(sigma) => Some([alignment.lens.corner_px, sigma]),
-            LensVerdict::Off | LensVerdict::Insignificant => None,
-        },
+        distortion: alignment.lens_summary,
         shading: alignment.shading.as_ref().map(crate::shading::Shading::summary),
         seam_before: seam::measure(&set.images, &set.places(), raw),
         seam_after: seam::measure(&set.images, &alignment.places, undone),
@@ -333,7 +330,7 @@ fn notes(set: &TileSet, options: &StitchOptions, alignment: &Alignment) -> Vec<N
     if alignment.pairs_used > 0 && alignment.groups > 1 {
         notes.push(Note::Groups(alignment.groups));
     }
-    if alignment.lens_verdict == LensVerdict::Insignificant {
+    if options.correct_distortion && alignment.lens_summary.is_none() {
         notes.push(Note::NoDistortion);
     }
     if options.correct_shading && alignment.shading.is_none() {

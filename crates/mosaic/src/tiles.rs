@@ -220,6 +220,8 @@ pub fn format(tiles: &[Placed], comments: &[&str]) -> String {
     }
     text.push_str("dim = 2\n\n");
     for Placed { file, place_px: [x, y] } in tiles {
+        // Adding zero to a rounded place keeps the sign off a zero.
+        let [x, y] = [x, y].map(|v| (v * 1e4).round() / 1e4 + 0.0);
         let _ = writeln!(text, "{file}; ; ({x:.4}, {y:.4})");
     }
     text

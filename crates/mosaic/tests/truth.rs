@@ -24,7 +24,7 @@ fn registered(
         registration.pairs,
         registration.scale,
         registration.angle_deg,
-        registration.distortion_corner_px,
+        registration.distortion,
         registration.shading,
         registration.seam_before,
         registration.seam_after,
@@ -40,8 +40,8 @@ fn grey_tiles_come_within_a_tenth_of_a_pixel() {
             registered(Truth { seed, ..Truth::default() }, StitchOptions::default(), tissue);
         assert!(comparison.rms_px <= 0.1, "{comparison:?}");
         assert_eq!(registration.pairs_used, 17);
-        let [corner, _] = registration.distortion_corner_px.unwrap();
-        assert!((corner + 1.0).abs() < 0.1, "{corner}");
+        let lens = registration.distortion.unwrap();
+        assert!((lens.radial_corner_px + 1.0).abs() < 0.1 && !lens.beyond_radial, "{lens:?}");
     }
 }
 
@@ -50,7 +50,7 @@ fn without_the_lens_the_same_tiles_drift() {
     let blind = StitchOptions { correct_distortion: false, ..StitchOptions::default() };
     let (registration, comparison) = registered(Truth::default(), blind, tissue);
     assert!(comparison.rms_px > 0.4, "{comparison:?}");
-    assert_eq!(registration.distortion_corner_px, None);
+    assert_eq!(registration.distortion, None);
 }
 
 #[test]
@@ -65,7 +65,7 @@ fn a_perfect_lens_is_left_alone() {
     let truth = Truth { corner_px: 0.0, seed: 4, ..Truth::default() };
     let (registration, comparison) = registered(truth, StitchOptions::default(), tissue);
     assert!(comparison.rms_px <= 0.1, "{comparison:?}");
-    assert_eq!(registration.distortion_corner_px, None);
+    assert_eq!(registration.distortion, None);
     assert!(registration.notes.contains(&Note::NoDistortion));
 }
 
