@@ -32,7 +32,10 @@ pub(crate) fn check(setting: &Setting) -> Result<Outcome> {
     let Some(route) = find_route(setting) else {
         return Ok(Outcome::NotPossible {
             reason: format!("no compiler for {TARGET}"),
-            install: format!("rustup target add {TARGET}"),
+            install: format!(
+                "rustup target add {TARGET} (or, on Debian, apt-get install -y {})",
+                DEBIAN_PACKAGES.join(" ")
+            ),
         });
     };
     println!("compiling for {TARGET} with {}", route.name());

@@ -11,8 +11,11 @@
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
-use abbe_core::design::{Config, StageSettings};
-use abbe_core::{Controller, Inputs};
+use abbe_core::compensate::ErrorMap;
+use abbe_core::design::StageSettings;
+use abbe_core::edge::StepRate;
+use abbe_core::front::{QuadratureCounter, StepEmitter};
+use abbe_core::{Command, Controller, Inputs, Pos, background};
 
 /// Calls every public entry of `abbe-core` and `abbe-proto`.
 ///
@@ -20,16 +23,39 @@ use abbe_core::{Controller, Inputs};
 /// every answer, so that no call can be left out because nobody reads it. A new public entry gets its line here.
 fn every_public_entry() {
     if let Ok(config) = black_box(StageSettings::<2>::default()).build() {
-        controller(black_box(config));
+        controller(Controller::new(black_box(config)));
+    }
+    map();
+    front();
+}
+
+fn controller<const N: usize>(mut controller: Controller<N>) {
+    while black_box(true) {
+        black_box(controller.tick(black_box(&Inputs::at_rest(0))));
+        black_box(&controller.command(black_box(Command::MoveTo([Pos::ZERO; N]))));
+        black_box(controller.status());
+        black_box(controller.config());
+        black_box(controller.wanted_plan());
+        background::advance(black_box(&mut controller));
     }
 }
 
-fn controller(config: Config<2>) {
-    let mut controller = Controller::new(config);
-    loop {
-        black_box(controller.tick(black_box(&Inputs::at_rest(0))));
-        black_box(controller.status());
-    }
+fn map() {
+    let Ok(map) = ErrorMap::sample(black_box(Pos::ZERO), black_box) else { return };
+    let map = black_box(map);
+    black_box(map.error_at(black_box(Pos::ZERO)));
+    black_box(map.stage_from_scale(black_box(Pos::ZERO)));
+    black_box(map.scale_from_stage(black_box(Pos::ZERO)));
+}
+
+fn front() {
+    let mut decoder = black_box(QuadratureCounter::new(black_box(3), black_box(false), black_box(false)));
+    decoder.edge(black_box(1), black_box(true), black_box(false), black_box(true));
+    decoder.advance(black_box(2));
+    black_box(decoder.read(black_box(3)));
+    let mut emitter = black_box(StepEmitter::default());
+    emitter.begin_tick(black_box(StepRate(1)));
+    black_box(emitter.pulses_at(black_box(2)));
 }
 
 /// Where the image would start.
