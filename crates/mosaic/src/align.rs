@@ -50,7 +50,7 @@ pub(crate) struct Alignment {
     pub(crate) overlaps: Vec<OverlapVerdict>,
     /// Tiles that no accepted pair reaches.
     pub(crate) unreached: Vec<usize>,
-    /// Sets of tiles that accepted pairs join.
+    /// Sets of two or more tiles that accepted pairs join.
     pub(crate) groups: usize,
 }
 
@@ -297,12 +297,16 @@ impl Groups {
         Self(least)
     }
 
+    /// Groups of two or more.
     fn count(&self) -> usize {
-        self.0.iter().enumerate().filter(|(i, least)| i == *least).count()
+        (0..self.0.len()).filter(|&i| self.0[i] == i && self.size(i) > 1).count()
     }
 
     fn alone(&self) -> Vec<usize> {
-        let size = |i: usize| self.0.iter().filter(|&&least| least == self.0[i]).count();
-        (0..self.0.len()).filter(|&i| size(i) == 1).collect()
+        (0..self.0.len()).filter(|&i| self.size(i) == 1).collect()
+    }
+
+    fn size(&self, tile: usize) -> usize {
+        self.0.iter().filter(|&&least| least == self.0[tile]).count()
     }
 }

@@ -11,8 +11,9 @@ use nalgebra::{DMatrix, DVector};
 use crate::distortion::{Distortion, TERMS};
 use crate::refine::{Information, Match};
 
-/// How far scale and angle may be from one and zero a priori: 2 %.
-const MODEL_SIGMA: f64 = 0.02;
+/// How far the scale may be from one and the angle from zero a priori: half a per cent, and one degree in rad. Few
+/// tiles with rough nominal places know the pixel size worse than its maker.
+const MODEL_SIGMA: [f64; 2] = [0.005, 0.0175];
 
 /// A displacement measured between two tiles.
 #[derive(Clone, Debug)]
@@ -171,7 +172,7 @@ impl<'a> System<'a> {
             extent,
             shift: [0.0; 2],
             coefficients: [0.0; 2],
-            sigma: MODEL_SIGMA * extent,
+            sigma: MODEL_SIGMA[0] * extent,
         };
         let (places, prior_px) = (nominal.to_vec(), settings.prior_px);
         let lens_sigma_px = f64::INFINITY;
@@ -187,6 +188,7 @@ impl<'a> System<'a> {
         self.common_index() + 4 + self.settings.lens.unknowns()
     }
 
+    /// Solves for the places less the nominal ones: small numbers, however far tiles lie from the origin.
     fn solve_once(&mut self, weights: &[f64]) {
         let mut normal = Normal::new(self.unknowns());
         self.add_gauge(&mut normal);
@@ -203,7 +205,8 @@ impl<'a> System<'a> {
             cholesky.solve(&unit)[index]
         };
         let c = self.common_index();
-        self.places = (0..self.nominal.len()).map(|i| [x[2 * i], x[2 * i + 1]]).collect();
+        let place = |(i, q): (usize, &[f64; 2])| [q[0] + x[2 * i], q[1] + x[2 * i + 1]];
+        self.places = self.nominal.iter().enumerate().map(place).collect();
         self.model.shift = [x[c], x[c + 1]];
         self.model.coefficients = [x[c + 2], x[c + 3]];
         self.model.sigma = variance(c + 2).sqrt();
@@ -217,9 +220,9 @@ impl<'a> System<'a> {
     /// Fixes the first tile, and scale and angle loosely.
     fn add_gauge(&self, normal: &mut Normal) {
         let c = self.common_index();
-        for k in 0..2 {
-            normal.add(&[(k, 1.0)], self.nominal[0][k], 1e6);
-            normal.add(&[(c + 2 + k, 1.0)], 0.0, (MODEL_SIGMA * self.model.extent).powi(-2));
+        for (k, sigma) in MODEL_SIGMA.iter().enumerate() {
+            normal.add(&[(k, 1.0)], 0.0, 1e6);
+            normal.add(&[(c + 2 + k, 1.0)], 0.0, (sigma * self.model.extent).powi(-2));
         }
         for i in 0..self.settings.lens.unknowns() {
             normal.add(&[(c + 4 + i, 1.0)], 0.0, LENS_PRIOR_PX[usize::from(i > 0)].powi(-2));
@@ -232,8 +235,8 @@ impl<'a> System<'a> {
         let weight = self.prior_px.powi(-2);
         for (i, q) in self.nominal.iter().enumerate() {
             let [x, y] = [0, 1].map(|k| (q[k] - self.model.centre[k]) / self.model.extent);
-            normal.add(&[(2 * i, 1.0), (c, -1.0), (c + 2, -x), (c + 3, y)], q[0], weight);
-            normal.add(&[(2 * i + 1, 1.0), (c + 1, -1.0), (c + 2, -y), (c + 3, -x)], q[1], weight);
+            normal.add(&[(2 * i, 1.0), (c, -1.0), (c + 2, -x), (c + 3, y)], 0.0, weight);
+            normal.add(&[(2 * i + 1, 1.0), (c + 1, -1.0), (c + 2, -y), (c + 3, -x)], 0.0, weight);
         }
     }
 
@@ -245,11 +248,13 @@ impl<'a> System<'a> {
         let first = xx.sqrt().max(1e-12);
         let rows = [[first, xy / first], [0.0, (yy - xy * xy / (first * first)).max(0.0).sqrt()]];
         let given = if self.settings.lens == LensModel::Given { self.pretended(&lens) } else { [0.0; 2] };
+        let nominal = [0, 1].map(|k| self.nominal[*b][k] - self.nominal[*a][k]);
+        let more = [0, 1].map(|k| found.delta[k] - nominal[k] - given[k]);
         for [wx, wy] in rows {
             let mut terms = vec![(2 * b, wx), (2 * b + 1, wy), (2 * a, -wx), (2 * a + 1, -wy)];
             let unknown = lens.iter().take(self.settings.lens.unknowns()).enumerate();
             terms.extend(unknown.map(|(i, t)| (self.common_index() + 4 + i, wx * t[0] + wy * t[1])));
-            let right = wx * (found.delta[0] - given[0]) + wy * (found.delta[1] - given[1]);
+            let right = wx * more[0] + wy * more[1];
             normal.add(&terms, right, 1.0);
         }
     }
@@ -317,7 +322,8 @@ impl<'a> System<'a> {
     fn into_solution(self, kept: Vec<bool>) -> Solution {
         let squares: Vec<f64> =
             self.residuals().zip(&kept).filter(|(_, k)| **k).map(|(e, _)| e * e).collect();
-        let residual_rms_px = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
+        let sum = squares.iter().fold(0.0, |sum, square| sum + square);
+        let residual_rms_px = (sum / squares.len().max(1) as f64).sqrt();
         let mut lengths: Vec<f64> = self.residuals().collect();
         // The gauge leaves a rounding error; the first tile is to stay exactly where it was.
         let rounding = [0, 1].map(|k| self.places[0][k] - self.nominal[0][k]);

@@ -92,7 +92,7 @@ pub enum Note {
     PairsRejected(usize),
     /// Tiles placed by prediction from their nominal places, because no overlap of theirs could be used.
     Predicted(Vec<String>),
-    /// The tiles fall into so many groups that are joined only by prediction.
+    /// So many groups of two or more registered tiles are joined only by prediction.
     Groups(usize),
     /// The lens distortion is not determined or not different from none; nothing was undone.
     NoDistortion,
@@ -119,7 +119,7 @@ impl fmt::Display for Note {
                     files.join(", ")
                 )
             }
-            Self::Groups(n) => write!(f, "the tiles fall into {n} groups joined only by prediction"),
+            Self::Groups(n) => write!(f, "{n} groups of registered tiles are joined only by prediction"),
             Self::NoDistortion => f.write_str("no significant lens distortion: none undone"),
             Self::NoShading => f.write_str("no significant uneven light: none undone"),
             Self::NoPixelSize => f.write_str("the tiles state no pixel size: the mosaic has none"),
@@ -153,7 +153,8 @@ pub struct Registration {
     pub pairs_rejected: usize,
     /// Root mean square of the displacements that are left over, px.
     pub residual_rms_px: f64,
-    /// Root mean square of the tiles from the places predicted from their nominal ones, px.
+    /// Root mean square of the tiles from the places predicted from their nominal ones, px; never
+    /// less than 1, and the search radius allows for it where too few tiles tell.
     pub prediction_rms_px: f64,
     /// Camera pixels per nominal pixel.
     pub scale: f64,
@@ -251,6 +252,7 @@ pub fn stitch(
     if let Some(um) = options.pixel_um.filter(|um| !(um.is_finite() && *um > 0.0)) {
         return Err(StitchError::PixelSize(um));
     }
+    make_folder_of(mosaic)?;
     let set = read_tiles(dir, &|done, total| progress(Progress { step: Step::Read, done, total }))?;
     let (alignment, mut registration) = registered(&set, options, progress);
     let nominal_um = options.pixel_um.or_else(|| stated_pixel_um(&dir.join(&set.placed[0].file)));
@@ -270,6 +272,16 @@ pub fn stitch(
         preview: files.preview,
         configuration: files.configuration,
     })
+}
+
+/// Makes the folder of the results, if need be: better to fail now than after all the work.
+fn make_folder_of(mosaic: &Path) -> Result<(), WriteError> {
+    match mosaic.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => {
+            std::fs::create_dir_all(folder).map_err(|e| WriteError::new(folder, &e))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn registered(

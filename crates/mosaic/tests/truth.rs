@@ -1,5 +1,7 @@
 //! Registration against tiles whose true places are known.
 
+#![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
+
 mod common;
 
 use abbe_mosaic::compare::{Comparison, compare};

@@ -109,7 +109,8 @@ impl Truth {
         (TileSet { placed, images }, truth)
     }
 
-    fn image(
+    /// One exposure at a true place.
+    pub(crate) fn image(
         &self,
         place: [f64; 2],
         specimen: &impl Fn(f64, f64, u64) -> f64,
