@@ -1,7 +1,7 @@
 //! Drive: turns the speed of the law into what the power stage is told.
 
 use crate::edge::{Actuation, AxisOutputs, StepRate};
-use crate::servo::SPEED_BITS;
+use crate::servo::{SPEED_BITS, within};
 
 /// Limits of a step drive; rates are step pulses a tick with 16 fractional bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,10 +21,8 @@ pub struct StepDrive {
 impl StepDrive {
     /// One tick with the drive on. `speed` has [`SPEED_BITS`] fractional bits.
     pub fn on(&mut self, speed: i64, config: &Config) -> AxisOutputs {
-        let wanted = (speed >> (SPEED_BITS - 16))
-            .clamp(i64::from(config.fastest).saturating_neg(), i64::from(config.fastest))
-            as i32;
-        let change = wanted.saturating_sub(self.rate).clamp(config.change.saturating_neg(), config.change);
+        let wanted = within(speed >> (SPEED_BITS - 16), i64::from(config.fastest)) as i32;
+        let change = within(i64::from(wanted.saturating_sub(self.rate)), i64::from(config.change)) as i32;
         self.rate = self.rate.saturating_add(change);
         AxisOutputs { actuation: Actuation::Steps(StepRate(self.rate)), piezo: 0, enable: true }
     }

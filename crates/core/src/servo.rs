@@ -39,6 +39,11 @@ pub struct IncrementalPid {
     last_set_point: Option<Pos>,
 }
 
+/// A value within ± `limit`. Unlike `clamp` it has no case that panics.
+pub(crate) fn within(value: i64, limit: i64) -> i64 {
+    value.max(limit.saturating_neg()).min(limit)
+}
+
 /// Errors are clamped to ±2 mm here; the guard has tripped long before.
 const LARGEST_ERROR: i64 = 2_000_000_000;
 
@@ -47,14 +52,14 @@ impl IncrementalPid {
     pub fn tick(&mut self, set_point: Pos, reading: Pos, config: &Config) -> i64 {
         let way = set_point - self.last_set_point.unwrap_or(set_point);
         self.last_set_point = Some(set_point);
-        let error = (set_point - reading).pm().clamp(-LARGEST_ERROR, LARGEST_ERROR);
+        let error = within((set_point - reading).pm(), LARGEST_ERROR);
         if way == Pos::ZERO && error.abs() <= config.dead_band.pm() {
             self.rest(error);
             return 0;
         }
         let u = self.u.saturating_add(self.change(error, config));
         // The incremental form has no integrator to wind up but u itself.
-        self.u = u.clamp(config.limit.saturating_neg(), config.limit);
+        self.u = within(u, config.limit);
         self.e2 = self.e1;
         self.e1 = error;
         self.u.saturating_add(config.feed_forward.saturating_mul(way.pm()))

@@ -336,7 +336,7 @@ impl Plant {
 }
 
 /// The line on which `key` is set below `header`.
-fn line_of(text: &str, header: &str, key: &str) -> Option<usize> {
+pub fn line_of(text: &str, header: &str, key: &str) -> Option<usize> {
     let mut lines = text.lines().enumerate().skip_while(|(_, line)| !line.starts_with(header)).skip(1);
     lines
         .find(|(_, line)| line.split('=').next().is_some_and(|name| name.trim() == key))
