@@ -15,6 +15,7 @@ use abbe_core::compensate::ErrorMap;
 use abbe_core::design::StageSettings;
 use abbe_core::edge::StepRate;
 use abbe_core::front::{QuadratureCounter, StepEmitter};
+use abbe_core::plan::LinePlan;
 use abbe_core::{Command, Controller, Inputs, Pos, background};
 
 /// Calls every public entry of `abbe-core` and `abbe-proto`.
@@ -22,11 +23,19 @@ use abbe_core::{Command, Controller, Inputs, Pos, background};
 /// Every argument goes through [`black_box`], so that no branch can be left out because its input is known; so does
 /// every answer, so that no call can be left out because nobody reads it. A new public entry gets its line here.
 fn every_public_entry() {
-    if let Ok(config) = black_box(StageSettings::<2>::default()).build() {
-        controller(Controller::new(black_box(config)));
-    }
+    // One axis is a slave node, two are the stage, three add a focus.
+    stage::<1>();
+    stage::<2>();
+    stage::<3>();
     map();
     front();
+}
+
+fn stage<const N: usize>() {
+    match black_box(StageSettings::<N>::default()).build() {
+        Ok(config) => controller(Controller::new(black_box(config))),
+        Err(error) => _ = black_box(error),
+    }
 }
 
 fn controller<const N: usize>(mut controller: Controller<N>) {
@@ -37,7 +46,16 @@ fn controller<const N: usize>(mut controller: Controller<N>) {
         black_box(controller.config());
         black_box(controller.wanted_plan());
         background::advance(black_box(&mut controller));
+        black_box(&controller.set_error_map(black_box(0), black_box(Some(ErrorMap::NONE))));
+        plan(&mut controller);
     }
+}
+
+fn plan<const N: usize>(controller: &mut Controller<N>) {
+    let limits = black_box(controller.config().axes.map(|axis| axis.limits));
+    let plan = LinePlan::new(black_box([Pos::ZERO; N]), black_box([Pos::ZERO; N]), &limits);
+    black_box(plan.ticks());
+    controller.take_plan(black_box(1), black_box(plan), black_box(2));
 }
 
 fn map() {
