@@ -8,7 +8,7 @@ use std::path::Path;
 use abbe_metrology::compensation::ErrorCurve;
 use abbe_metrology::readings::Readings;
 use abbe_metrology::report::{
-    AxisReport, Conditions, Picture, RawFile, Report, SettledStep, TemperatureLog, headline,
+    AxisReport, Before, Conditions, Picture, RawFile, Report, SettledStep, TemperatureLog, headline,
 };
 use abbe_metrology::verify::Limits;
 use abbe_metrology::{Axis, fit, iso230, targets};
@@ -55,7 +55,7 @@ fn axis_report(axis: Axis, polynomial: [f64; 3], seed: u64) -> Result<AxisReport
     let fit = fit::choose(&fit::mean_error(&iso230::evaluate(&before)), fit::DEFAULT_MAX_DEGREE)?;
     let curve = ErrorCurve::new(fit.polynomial.clone())?;
     let after = stage.measure(&targets::iso230(0.0, 100.0, 11, seed)?, 7, Some(&curve))?;
-    Ok(AxisReport { axis, before, fit, after })
+    Ok(AxisReport { axis, before: Some(Before { readings: before, fit }), after })
 }
 
 /// A move of 5 mm with a lag and a ring that dies out.

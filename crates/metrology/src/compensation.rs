@@ -203,11 +203,19 @@ pub enum CompensationFault {
     /// The file system refused to take the file.
     #[error("cannot be written: {0}")]
     Unwritable(io::Error),
-    /// No TOML, an unknown or a missing key, a value of the wrong kind; the message names the key.
+    /// No TOML, a missing key, a value of the wrong kind; the message names the key.
     #[error("{message}")]
     Form {
         /// What the parser says.
         message: String,
+    },
+    /// A key that no compensation file has, most likely a slip of the pen.
+    #[error("unknown key `{key}`; the nearest valid one is `{nearest}`")]
+    UnknownKey {
+        /// The key in the file.
+        key: String,
+        /// The valid key most like it.
+        nearest: String,
     },
     /// Written by another version of the program.
     #[error("version {found} is not known, expected {VERSION}")]
@@ -327,8 +335,8 @@ struct FileForm {
 #[serde(deny_unknown_fields)]
 struct AxisForm {
     degree: Spanned<usize>,
-    range_mm: Spanned<[f64; 2]>,
-    chebyshev_um: Spanned<Vec<f64>>,
+    range_mm: Spanned<[Spanned<f64>; 2]>,
+    chebyshev_um: Spanned<Vec<Spanned<f64>>>,
     sse_um2: Spanned<f64>,
     r2: Spanned<f64>,
     cv_um: Spanned<f64>,
@@ -373,8 +381,8 @@ impl AxisForm {
         let (polynomial, quality, taken) = (axis.curve.polynomial(), axis.quality, axis.circumstances);
         Self {
             degree: unplaced(polynomial.degree()),
-            range_mm: unplaced(polynomial.range_mm()),
-            chebyshev_um: unplaced(polynomial.chebyshev_um().to_vec()),
+            range_mm: unplaced(polynomial.range_mm().map(unplaced)),
+            chebyshev_um: unplaced(polynomial.chebyshev_um().iter().copied().map(unplaced).collect()),
             sse_um2: unplaced(quality.sse_um2),
             r2: unplaced(quality.r2),
             cv_um: unplaced(quality.cv_um),
@@ -406,17 +414,30 @@ impl AxisForm {
             temperature_c: self.temperature_c.as_ref().map(temperature).transpose()?,
             warm_up_s: self.warm_up_s.as_ref().map(warm_up).transpose()?,
         };
-        let range_at = self.range_mm.span().start;
-        let coefficients_at = self.chebyshev_um.span().start;
-        let curve = Polynomial::new(self.range_mm.into_inner(), self.chebyshev_um.into_inner())
-            .map_err(CurveFault::from)
-            .and_then(ErrorCurve::new)
-            .map_err(|fault| {
-                let of_range = matches!(fault, CurveFault::Polynomial(PolynomialFault::Range { .. }));
-                let at = if of_range { range_at } else { coefficients_at };
-                (Some(at), CompensationFault::Curve { axis, fault })
-            })?;
-        Ok(AxisCompensation { curve, quality, circumstances })
+        Ok(AxisCompensation { curve: self.curve(axis)?, quality, circumstances })
+    }
+
+    fn curve(&self, axis: Axis) -> Result<ErrorCurve, Located> {
+        let [low, high] = self.range_mm.get_ref();
+        let end = |number| at_least(axis, "range_mm", number, f64::MIN, "a finite number");
+        let range_mm = [end(low)?, end(high)?];
+        let chebyshev_um = self.chebyshev_um.get_ref().iter().map(|c| *c.get_ref()).collect();
+        let curve =
+            Polynomial::new(range_mm, chebyshev_um).map_err(CurveFault::from).and_then(ErrorCurve::new);
+        curve.map_err(|fault| (Some(self.place(&fault)), CompensationFault::Curve { axis, fault }))
+    }
+
+    /// The byte to blame for `fault`: a list may fill many lines, so a single number is better named by its own.
+    fn place(&self, fault: &CurveFault) -> usize {
+        let coefficients = &self.chebyshev_um;
+        let span = match fault {
+            CurveFault::Polynomial(PolynomialFault::Range { .. }) => self.range_mm.span(),
+            CurveFault::Polynomial(PolynomialFault::NotFinite { index, .. }) => {
+                coefficients.get_ref().get(*index).map_or(coefficients.span(), Spanned::span)
+            }
+            _ => coefficients.span(),
+        };
+        span.start
     }
 }
 
@@ -437,7 +458,18 @@ fn at_least(
 
 fn form_fault(e: &toml::de::Error) -> Located {
     let message = e.message().replace('\n', " ");
-    (e.span().map(|span| span.start), CompensationFault::Form { message })
+    let fault = unknown_key(&message).unwrap_or(CompensationFault::Form { message });
+    (e.span().map(|span| span.start), fault)
+}
+
+/// The parser lists every valid key after an unknown one; the reader wants the one that was meant.
+fn unknown_key(message: &str) -> Option<CompensationFault> {
+    // From the right: the unknown key may hold any character, the valid ones hold letters and digits.
+    let (key, valid) = message.strip_prefix("unknown field `")?.rsplit_once("`, expected ")?;
+    let likeness = |name: &&str| strsim::jaro_winkler(&key.to_lowercase(), name);
+    let names = valid.split('`').skip(1).step_by(2);
+    let nearest = names.max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
+    Some(CompensationFault::UnknownKey { key: key.to_owned(), nearest: nearest.to_owned() })
 }
 
 /// A value that is about to be written has no place yet.

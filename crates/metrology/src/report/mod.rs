@@ -86,12 +86,19 @@ pub enum Verdict {
 pub struct AxisReport {
     /// Which axis.
     pub axis: Axis,
-    /// Readings before compensation.
-    pub before: Readings,
-    /// The polynomial fitted to them.
-    pub fit: Fit,
+    /// What was measured before compensation; without it the sections that need it are left out for this axis.
+    pub before: Option<Before>,
     /// Readings with the compensation on, at new targets.
     pub after: Readings,
+}
+
+/// An axis as it was before compensation.
+#[derive(Clone, Debug)]
+pub struct Before {
+    /// The readings.
+    pub readings: Readings,
+    /// The polynomial fitted to them.
+    pub fit: Fit,
 }
 
 /// One move from command to "in position".
@@ -190,7 +197,8 @@ pub fn temperature_logs(names: &[String], records: &[TemperatureRecord]) -> Vec<
     names.iter().enumerate().map(log).collect()
 }
 
-/// The rows that compare with paper A: error before, mean error, worst single error, spread, and ISO 230-2.
+/// The rows that compare with paper A: error before (if any axis has it), mean error, worst single error, spread, and
+/// ISO 230-2.
 pub fn headline(axes: &[AxisReport], limits: &Limits) -> Vec<HeadlineRow> {
     let found: Vec<(Axis, Verification)> =
         axes.iter().map(|a| (a.axis, Verification::of(&a.after))).collect();
@@ -200,19 +208,7 @@ pub fn headline(axes: &[AxisReport], limits: &Limits) -> Vec<HeadlineRow> {
         texts.join("\n")
     };
     let largest = |size: fn(&Verification) -> f64| found.iter().map(|(_, v)| size(v)).fold(0.0, f64::max);
-    let row = |figure: &str, paper: String, found: String, verdict: Verdict| HeadlineRow {
-        figure: figure.to_owned(),
-        paper,
-        found,
-        verdict,
-    };
-    vec![
-        row(
-            "Largest error before compensation",
-            "X +90 µm, Y +233 µm at 100 mm\n(its polynomials)".into(),
-            before(axes),
-            Verdict::Stated("raw stage".into()),
-        ),
+    let after = [
         row(
             "Mean error per point and direction",
             format!("{} … {} µm", signed(PAPER_A.mean_um[0], 1), signed(PAPER_A.mean_um[1], 1)),
@@ -237,15 +233,25 @@ pub fn headline(axes: &[AxisReport], limits: &Limits) -> Vec<HeadlineRow> {
             each(&|v| format!("{:.2} µm", v.iso230.figures.a)),
             verdict(largest(|v| v.iso230.figures.a), limits.a_um, ""),
         ),
-    ]
+    ];
+    before_row(axes).into_iter().chain(after).collect()
 }
 
-fn before(axes: &[AxisReport]) -> String {
+fn row(figure: &str, paper: String, found: String, verdict: Verdict) -> HeadlineRow {
+    HeadlineRow { figure: figure.to_owned(), paper, found, verdict }
+}
+
+/// The errors of the raw stage, of the axes where they are known.
+fn before_row(axes: &[AxisReport]) -> Option<HeadlineRow> {
     let largest = |a: &AxisReport| {
-        let sizes = a.fit.points.iter().max_by(|p, q| p.error_um.abs().total_cmp(&q.error_um.abs()));
-        sizes.map(|p| format!("{} {} µm at {:.0} mm", capital(a.axis), signed(p.error_um, 0), p.x_mm))
+        let points = &a.before.as_ref()?.fit.points;
+        let p = points.iter().max_by(|p, q| p.error_um.abs().total_cmp(&q.error_um.abs()))?;
+        Some(format!("{} {} µm at {:.0} mm", capital(a.axis), signed(p.error_um, 0), p.x_mm))
     };
-    axes.iter().filter_map(largest).collect::<Vec<_>>().join("\n")
+    let found: Vec<String> = axes.iter().filter_map(largest).collect();
+    let paper = "X +90 µm, Y +233 µm at 100 mm\n(its polynomials)".to_owned();
+    let verdict = Verdict::Stated("raw stage".into());
+    (!found.is_empty()).then(|| row("Largest error before compensation", paper, found.join("\n"), verdict))
 }
 
 fn verdict(size_um: f64, limit_um: f64, sign: &str) -> Verdict {

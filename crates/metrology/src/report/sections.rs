@@ -2,7 +2,7 @@
 
 use super::chart::{BLUE, Chart, GREY, INK, Mark, ORANGE, Series};
 use super::html::{Table, definitions, embedded_png, escaped, number, signed};
-use super::{AxisReport, Report, ReportError, SettledStep, Verdict, capital};
+use super::{AxisReport, Before, Report, ReportError, SettledStep, Verdict, capital};
 use crate::axis::Approach;
 use crate::iso230::{Iso230, evaluate};
 use crate::readings::Readings;
@@ -72,55 +72,67 @@ fn headline(report: &Report) -> String {
 fn conditions(report: &Report) -> String {
     let c = &report.conditions;
     let pair = |name: &str, value: String| (name.to_owned(), value);
-    let runs = |readings: fn(&AxisReport) -> &Readings| {
-        let each = report.axes.iter().map(|a| {
-            let r = readings(a);
-            format!(
-                "{}: {} targets × {} runs × 2 directions",
-                capital(a.axis),
-                r.targets_mm().len(),
-                r.runs()
-            )
-        });
-        each.collect::<Vec<_>>().join("; ")
-    };
     let mut pairs = vec![
         pair("Stage", c.preset.clone()),
         pair("Seed", c.seed.map(|seed| seed.to_string()).unwrap_or_default()),
         pair("Software", c.software.clone()),
         pair("Date", c.date.clone()),
         pair("Warm-up", c.warm_up_s.map(|s| format!("{} min", number(s / 60.0, 0))).unwrap_or_default()),
-        pair("Measured", runs(|a| &a.before)),
-        pair("Verified", runs(|a| &a.after)),
+        pair("Measured", runs(report, readings_before)),
+        pair("Verified", runs(report, |a| Some(&a.after))),
     ];
     pairs.extend(c.more.iter().cloned());
-    let notes = report.axes.iter().flat_map(|a| {
-        let of = |what: &str, readings: &Readings| {
-            let sentence = |note: &dyn std::fmt::Display| format!("{} {what}: {note}", capital(a.axis));
-            readings.notes().iter().map(|note| sentence(note)).collect::<Vec<_>>()
-        };
-        [of("before", &a.before), of("after", &a.after)].concat()
-    });
-    pairs.extend(notes.map(|note| pair("Note", note)));
+    pairs.extend(report.axes.iter().flat_map(notes).map(|note| pair("Note", note)));
     section("Conditions", "", &definitions(&pairs))
+}
+
+fn readings_before(axis: &AxisReport) -> Option<&Readings> {
+    axis.before.as_ref().map(|before| &before.readings)
+}
+
+/// The measurements of an axis in the order in which they were made.
+fn measurements(axis: &AxisReport) -> impl Iterator<Item = (&'static str, &Readings)> {
+    readings_before(axis).map(|r| ("before", r)).into_iter().chain([("after", &axis.after)])
+}
+
+/// How much was measured; empty if no axis has such readings.
+fn runs(report: &Report, readings: impl Fn(&AxisReport) -> Option<&Readings>) -> String {
+    let sentence = |a: &AxisReport| {
+        let (r, axis) = (readings(a)?, capital(a.axis));
+        Some(format!("{axis}: {} targets × {} runs × 2 directions", r.targets_mm().len(), r.runs()))
+    };
+    report.axes.iter().filter_map(sentence).collect::<Vec<_>>().join("; ")
+}
+
+/// What is odd about the readings of an axis.
+fn notes(axis: &AxisReport) -> Vec<String> {
+    let of = |(when, readings): (&str, &Readings)| {
+        let sentence = |note: &dyn std::fmt::Display| format!("{} {when}: {note}", capital(axis.axis));
+        readings.notes().iter().map(|note| sentence(note)).collect::<Vec<_>>()
+    };
+    measurements(axis).flat_map(of).collect()
 }
 
 fn errors_before(report: &Report) -> Result<String, ReportError> {
     let text = "Error is actual minus commanded position, measured by the interferometer. Marks are means of all runs; \
                 the curve is the fitted polynomial that the compensation subtracts.";
-    pair_of_charts(report, "Error before compensation", text, |axis| Chart {
-        title: format!("{}: error and fit of degree {}", capital(axis.axis), axis.fit.chosen.degree),
-        x: POSITION,
-        y: ERROR,
-        series: before_series(axis),
+    pair_of_charts(report, "Error before compensation", text, |axis| {
+        let before = axis.before.as_ref()?;
+        Some(Chart {
+            title: format!("{}: error and fit of degree {}", capital(axis.axis), before.fit.chosen.degree),
+            x: POSITION,
+            y: ERROR,
+            series: before_series(before),
+        })
     })
 }
 
-fn before_series(axis: &AxisReport) -> Vec<Series> {
-    let evaluation = evaluate(&axis.before);
-    let [low, high] = axis.fit.polynomial.range_mm();
+fn before_series(before: &Before) -> Vec<Series> {
+    let evaluation = evaluate(&before.readings);
+    let polynomial = &before.fit.polynomial;
+    let [low, high] = polynomial.range_mm();
     let at = |i: usize| low + (high - low) * i as f64 / CURVE_POINTS as f64;
-    let curve = (0..=CURVE_POINTS).map(|i| (at(i), axis.fit.polynomial.value_um(at(i)))).collect();
+    let curve = (0..=CURVE_POINTS).map(|i| (at(i), polynomial.value_um(at(i)))).collect();
     let [up, down] = means(&evaluation);
     vec![
         series("fitted polynomial", INK, Mark::Line(curve)),
@@ -139,17 +151,18 @@ fn means(evaluation: &Iso230) -> [Vec<(f64, f64)>; 2] {
 }
 
 fn degrees(report: &Report) -> String {
-    let tables = report.axes.iter().map(|axis| {
+    let tables = report.axes.iter().filter_map(|axis| {
+        let fit = &axis.before.as_ref()?.fit;
         let caption = format!("{} axis", capital(axis.axis));
         let mut table = Table::new("", &caption, &["degree", "SSE / µm²", "R²", "leave-one-out / µm"]);
-        for d in &axis.fit.degrees {
-            let chosen = d.degree == axis.fit.chosen.degree;
+        for d in &fit.degrees {
+            let chosen = d.degree == fit.chosen.degree;
             let name = if chosen { format!("{} (chosen)", d.degree) } else { d.degree.to_string() };
             let cells = [name, number(d.sse_um2, 3), number(d.r2, 6), number(d.cv_um, 3)];
             table.row(if chosen { "chosen" } else { "" }, &cells);
         }
-        let formula = monomial(&axis.fit.polynomial.monomial_um());
-        format!("<div>{}<p class=\"note\">{}</p></div>", table.finish(), escaped(&formula))
+        let formula = escaped(&monomial(&fit.polynomial.monomial_um()));
+        Some(format!("<div>{}<p class=\"note\">{formula}</p></div>", table.finish()))
     });
     let text = "SSE falls and R² rises with every degree, whether it means anything or not. The degree is therefore chosen \
                 by leave-one-out cross-validation, the root mean square error of predicting each point from all the others: \
@@ -201,12 +214,14 @@ fn significant(value: f64) -> String {
 }
 
 fn errors_after(report: &Report) -> Result<String, ReportError> {
-    let text = "With the compensation on, at targets that were not measured before. Small marks are single readings.";
-    pair_of_charts(report, "What is left", text, |axis| Chart {
-        title: format!("{}: error after compensation", capital(axis.axis)),
-        x: POSITION,
-        y: ERROR,
-        series: after_series(axis, report.limits.mean_um),
+    let text = "With the compensation on, at new targets. Small marks are single readings.";
+    pair_of_charts(report, "What is left", text, |axis| {
+        Some(Chart {
+            title: format!("{}: error after compensation", capital(axis.axis)),
+            x: POSITION,
+            y: ERROR,
+            series: after_series(axis, report.limits.mean_um),
+        })
     })
 }
 
@@ -228,38 +243,41 @@ fn after_series(axis: &AxisReport, limit_um: f64) -> Vec<Series> {
 fn before_and_after(report: &Report) -> Result<String, ReportError> {
     let text = "Means of both directions on one scale.";
     pair_of_charts(report, "Before and after", text, |axis| {
+        let before = readings_before(axis)?;
         let mean = |readings: &Readings| {
             evaluate(readings).points.iter().map(|p| (p.target_mm, p.mean_um)).collect()
         };
-        Chart {
-            title: format!("{}: {}", capital(axis.axis), gain(axis)),
+        Some(Chart {
+            title: format!("{}: {}", capital(axis.axis), gain(before, &axis.after)),
             x: POSITION,
             y: ERROR,
             series: vec![
-                series("before", ORANGE, Mark::Dashed(mean(&axis.before))),
+                series("before", ORANGE, Mark::Dashed(mean(before))),
                 series("after", BLUE, Mark::Line(mean(&axis.after))),
             ],
-        }
+        })
     })
 }
 
 /// "A 233 → 3.1 µm".
-fn gain(axis: &AxisReport) -> String {
+fn gain(before: &Readings, after: &Readings) -> String {
     let a = |readings: &Readings| evaluate(readings).figures.a;
-    format!("ISO 230-2 A {} → {} µm", number(a(&axis.before), 1), number(a(&axis.after), 2))
+    format!("ISO 230-2 A {} → {} µm", number(a(before), 1), number(a(after), 2))
 }
 
 fn repeatability(report: &Report) -> Result<String, ReportError> {
     let text = "Mean of all runs at each target; bars reach from the lowest to the highest reading. \
                 Upwards stands left of the target, downwards right of it.";
-    pair_of_charts(report, "Repeatability", text, |axis| Chart {
-        title: format!("{}: mean, lowest and highest of {} runs", capital(axis.axis), axis.after.runs()),
-        x: POSITION,
-        y: ERROR,
-        series: vec![
-            series("upwards", BLUE, bars(&axis.after, Approach::Up)),
-            series("downwards", ORANGE, bars(&axis.after, Approach::Down)),
-        ],
+    pair_of_charts(report, "Repeatability", text, |axis| {
+        Some(Chart {
+            title: format!("{}: mean, lowest and highest of {} runs", capital(axis.axis), axis.after.runs()),
+            x: POSITION,
+            y: ERROR,
+            series: vec![
+                series("upwards", BLUE, bars(&axis.after, Approach::Up)),
+                series("downwards", ORANGE, bars(&axis.after, Approach::Down)),
+            ],
+        })
     })
 }
 
@@ -282,14 +300,12 @@ fn iso_figures(report: &Report) -> String {
     if report.axes.is_empty() {
         return String::new();
     }
-    let names: Vec<String> = report
-        .axes
-        .iter()
-        .flat_map(|a| ["before", "after"].map(|when| format!("{} {when} / µm", capital(a.axis))))
-        .collect();
+    let columns = |a: &AxisReport| {
+        let name = |when| format!("{} {when} / µm", capital(a.axis));
+        measurements(a).map(|(when, readings)| (name(when), evaluate(readings))).collect::<Vec<_>>()
+    };
+    let (names, evaluations): (Vec<String>, Vec<Iso230>) = report.axes.iter().flat_map(columns).unzip();
     let head: Vec<&str> = ["figure", "meaning"].into_iter().chain(names.iter().map(String::as_str)).collect();
-    let evaluations: Vec<Iso230> =
-        report.axes.iter().flat_map(|a| [evaluate(&a.before), evaluate(&a.after)]).collect();
     let mut table = Table::new("wide second-words", "", &head);
     for (i, (letter, meaning)) in MEANINGS.into_iter().enumerate() {
         let values = evaluations.iter().map(|e| number(e.figures.named()[i].1, 3));
@@ -448,17 +464,18 @@ fn section(heading: &str, text: &str, html: &str) -> String {
     format!("<section>\n<h2>{}</h2>\n{text}{html}</section>\n", escaped(heading))
 }
 
-/// One chart an axis, side by side.
+/// One chart an axis, side by side; axes without one are left out, and so is a section without any.
 fn pair_of_charts(
     report: &Report,
     heading: &str,
     text: &str,
-    chart: impl Fn(&AxisReport) -> Chart,
+    chart: impl Fn(&AxisReport) -> Option<Chart>,
 ) -> Result<String, ReportError> {
-    if report.axes.is_empty() {
-        return Ok(String::new());
+    let charts = report.axes.iter().filter_map(chart);
+    let figures = charts.map(|chart| chart.figure()).collect::<Result<String, _>>()?;
+    if figures.is_empty() {
+        return Ok(figures);
     }
-    let figures = report.axes.iter().map(|axis| chart(axis).figure()).collect::<Result<String, _>>()?;
     Ok(section(heading, text, &format!("<div class=\"pair\">{figures}</div>\n")))
 }
 

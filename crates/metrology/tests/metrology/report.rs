@@ -1,6 +1,7 @@
 use abbe_metrology::readings::Readings;
 use abbe_metrology::report::{
-    AxisReport, Conditions, Picture, RawFile, Report, SettledStep, Verdict, headline, temperature_logs,
+    AxisReport, Before, Conditions, Picture, RawFile, Report, SettledStep, Verdict, headline,
+    temperature_logs,
 };
 use abbe_metrology::verify::Limits;
 use abbe_metrology::{Axis, fit, iso230};
@@ -10,13 +11,21 @@ fn hand_computed() -> Readings {
 }
 
 fn axis(axis: Axis) -> AxisReport {
-    let before = hand_computed();
-    let fit = fit::choose(&fit::mean_error(&iso230::evaluate(&before)), 8).unwrap();
-    AxisReport { axis, before, fit, after: hand_computed() }
+    let readings = hand_computed();
+    let fit = fit::choose(&fit::mean_error(&iso230::evaluate(&readings)), 8).unwrap();
+    AxisReport { axis, before: Some(Before { readings, fit }), after: hand_computed() }
+}
+
+fn verified_only(axis: Axis) -> AxisReport {
+    AxisReport { axis, before: None, after: hand_computed() }
 }
 
 fn full() -> Report {
-    let axes = vec![axis(Axis::X), axis(Axis::Y)];
+    page_of(vec![axis(Axis::X), axis(Axis::Y)])
+}
+
+/// A report with everything that does not belong to an axis, and these axes.
+fn page_of(axes: Vec<AxisReport>) -> Report {
     let t_s: Vec<f64> = (0..100).map(|i| f64::from(i) * 0.01).collect();
     Report {
         title: "Stage <script>alert('1')</script> & \"more\"".into(),
@@ -62,8 +71,6 @@ fn the_page_is_self_contained_and_every_value_is_escaped() {
 #[test]
 fn every_section_and_plot_is_there() {
     let page = full().html().unwrap();
-    let headings: Vec<&str> =
-        page.split("<h2>").skip(1).map(|rest| rest.split("</h2>").next().unwrap()).collect();
     let expected = [
         "Result",
         "Conditions",
@@ -79,12 +86,70 @@ fn every_section_and_plot_is_there() {
         "Pictures",
         "Raw data",
     ];
-    assert_eq!(headings, expected);
+    assert_eq!(texts(&page, "h2"), expected);
     // Four pairs of plots, two of the move, one of the temperatures; each with real text in it.
     let plots: Vec<&str> = page.split("<svg class=\"plot\"").skip(1).collect();
     assert_eq!(plots.len(), 11);
     assert!(plots.iter().all(|plot| plot.split("</svg>").next().unwrap().matches("<text").count() > 8));
     assert_eq!(page.matches("<section>").count(), page.matches("</section>").count());
+}
+
+/// What stands between every `<tag>` and its end.
+fn texts<'a>(page: &'a str, tag: &str) -> Vec<&'a str> {
+    let inside = page.split(&format!("<{tag}>")).skip(1);
+    inside.map(|rest| rest.split(&format!("</{tag}>")).next().unwrap()).collect()
+}
+
+#[test]
+fn a_verification_alone_is_a_complete_page() {
+    let page = page_of(vec![verified_only(Axis::X), verified_only(Axis::Y)]).html().unwrap();
+    let expected = [
+        "Result",
+        "Conditions",
+        "What is left",
+        "Repeatability",
+        "ISO 230-2:2014",
+        "Point by point",
+        "A settled move",
+        "Thermometers",
+        "Pictures",
+        "Raw data",
+    ];
+    assert_eq!(texts(&page, "h2"), expected);
+    let plots = [
+        "X: error after compensation",
+        "Y: error after compensation",
+        "X: mean, lowest and highest of 5 runs",
+        "Y: mean, lowest and highest of 5 runs",
+        "X: position and set-point",
+        "X: distance to the target",
+        "Temperature",
+    ];
+    assert_eq!(texts(&page, "h3"), plots);
+    let conditions = texts(&page, "dt");
+    assert!(conditions.contains(&"Verified") && !conditions.contains(&"Measured"));
+    let columns = texts(&page, "th");
+    assert!(columns.contains(&"X after / µm") && columns.contains(&"Y after / µm"));
+    // Neither a row nor a column nor a sentence may speak of what was never measured.
+    assert!(!page.to_lowercase().contains("before") && !page.contains("raw stage"));
+    assert!(
+        ["Mean error per point", "Worst single error", "Spread of", "accuracy A"]
+            .iter()
+            .all(|figure| { texts(&page, "td").iter().any(|cell| cell.contains(figure)) })
+    );
+}
+
+#[test]
+fn an_axis_without_before_is_left_out_where_the_other_has_it() {
+    let page = page_of(vec![axis(Axis::X), verified_only(Axis::Y)]).html().unwrap();
+    assert_eq!(texts(&page, "h2").len(), 13);
+    let (plots, columns) = (texts(&page, "h3"), texts(&page, "th"));
+    let of = |axis: &str| plots.iter().filter(|title| title.starts_with(axis)).count();
+    assert_eq!([of("X: "), of("Y: ")], [6, 2], "X has two plots more, and both of the move");
+    assert!(columns.contains(&"X before / µm") && !columns.contains(&"Y before / µm"));
+    assert!(page.contains("<td>X +3 µm at 40 mm</td>") && page.contains("<caption>X axis</caption>"));
+    assert!(page.contains("<dd>X: 5 targets × 5 runs × 2 directions</dd>"));
+    assert!(!page.contains("<caption>Y axis</caption>"));
 }
 
 #[test]

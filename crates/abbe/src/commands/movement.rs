@@ -1,0 +1,28 @@
+//! `abbe move X Y`.
+
+use super::{Answer, one_shot};
+use crate::cli::Move;
+use crate::failure::Failure;
+use crate::preset::Preset;
+use serde_json::json;
+
+pub(crate) fn run(preset: &Preset, seed: u64, asked: &Move) -> Result<Answer, Failure> {
+    let mut rig = one_shot(preset, seed, &asked.source)?;
+    let arrival = rig.move_to([asked.x, asked.y])?;
+    let [x, y] = arrival.position_mm;
+    let [error_x, error_y] = rig.status().axes.map(|axis| axis.following_error.um());
+    let text = format!(
+        "arrived at x {x:.4} mm, y {y:.4} mm ({error_x:+.2} µm, {error_y:+.2} µm from the set-point); \
+         {:.3} s on the path, {:.0} ms to settle (with the dwell)",
+        arrival.moved_s,
+        arrival.settle_s * 1e3
+    );
+    let json = json!({
+        "target_mm": [asked.x, asked.y],
+        "position_mm": [x, y],
+        "following_error_um": [error_x, error_y],
+        "moved_s": arrival.moved_s,
+        "settle_s": arrival.settle_s,
+    });
+    Ok(Answer { text, json })
+}

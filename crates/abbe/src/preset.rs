@@ -1,0 +1,290 @@
+//! Presets: `[controller]` is read here, `[plant]` only by the twin.
+
+use crate::failure::Failure;
+use abbe_core::design::{AxisSettings, Config, StageSettings};
+use abbe_mosaic::scan::Sense;
+use abbe_twin::Plant;
+use abbe_twin::plant::PresetError;
+use serde::Deserialize;
+use std::path::Path;
+
+/// The presets that come with the program.
+const BUILT_IN: [(&str, &str); 1] =
+    [("microscope-100", include_str!("../../../presets/microscope-100.toml"))];
+
+/// A stage.
+#[derive(Clone, Debug)]
+pub(crate) struct Preset {
+    /// Name, or the file's name without its ending.
+    pub(crate) name: String,
+    /// What a builder knows.
+    pub(crate) controller: Controller,
+    /// The truth, for the twin.
+    pub(crate) plant: Plant,
+}
+
+/// The `[controller]` half.
+#[derive(Clone, Debug)]
+pub(crate) struct Controller {
+    /// The stage.
+    pub(crate) settings: StageSettings<2>,
+    /// The same, as the tick uses it.
+    pub(crate) config: Config<2>,
+    /// The camera as its maker describes it.
+    pub(crate) camera: CameraSetup,
+}
+
+/// What a builder knows of the camera.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CameraSetup {
+    pub(crate) pixel_um: f64,
+    pub(crate) width_px: u32,
+    pub(crate) height_px: u32,
+    x_sign: i8,
+    y_sign: i8,
+    pub(crate) settle_s: f64,
+}
+
+impl CameraSetup {
+    /// How the image axes lie to the stage axes.
+    pub(crate) fn senses(&self) -> [Sense; 2] {
+        [self.x_sign, self.y_sign].map(|sign| if sign < 0 { Sense::Opposite } else { Sense::Same })
+    }
+
+    /// Field of view, mm.
+    pub(crate) fn field_mm(&self) -> [f64; 2] {
+        [self.width_px, self.height_px].map(|px| f64::from(px) * self.pixel_um * 1e-3)
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    controller: ControllerFile,
+    #[serde(rename = "plant")]
+    _plant: serde::de::IgnoredAny,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ControllerFile {
+    tick_hz: f64,
+    dwell_ms: f64,
+    settle_timeout_ms: f64,
+    host_timeout_ms: f64,
+    x: AxisFile,
+    y: AxisFile,
+    camera: CameraSetup,
+}
+
+/// The keys of [`AxisSettings`] as they stand in a file.
+macro_rules! axis_file {
+    ($($key:ident),* $(,)?) => {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct AxisFile { $($key: f64,)* illegal_transitions: u16 }
+
+        impl AxisFile {
+            fn settings(&self) -> AxisSettings {
+                AxisSettings { $($key: self.$key,)* illegal_transitions: self.illegal_transitions }
+            }
+        }
+    };
+}
+
+axis_file!(
+    count_um,
+    step_um,
+    travel_low_mm,
+    travel_high_mm,
+    travel_margin_mm,
+    speed_mm_s,
+    acceleration_mm_s2,
+    jerk_mm_s3,
+    kp_per_s,
+    ki_per_s2,
+    kd,
+    feed_forward,
+    dead_band_um,
+    in_position_um,
+    following_error_um,
+    encoder_lost_um,
+    stall_um,
+    home_fast_mm_s,
+    home_slow_mm_s,
+    home_search_mm,
+    home_back_off_mm,
+    home_index_search_mm,
+    home_index_mm,
+    switch_press_ms,
+    switch_release_ms,
+);
+
+/// Loads a built-in preset or a file.
+pub(crate) fn load(name_or_file: &str) -> Result<Preset, Failure> {
+    if let Some((name, text)) = BUILT_IN.iter().find(|(name, _)| *name == name_or_file) {
+        return Ok(read(name, name, text)?);
+    }
+    let path = Path::new(name_or_file);
+    if !path.exists() {
+        return Err(unknown(name_or_file));
+    }
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| anyhow::anyhow!("{name_or_file}: the preset cannot be read: {error}"))?;
+    let name = path.file_stem().map_or_else(|| name_or_file.into(), |stem| stem.to_string_lossy());
+    Ok(read(&name, name_or_file, &text)?)
+}
+
+fn unknown(name: &str) -> Failure {
+    let nearest = BUILT_IN
+        .iter()
+        .map(|(known, _)| *known)
+        .max_by(|a, b| strsim::jaro_winkler(name, a).total_cmp(&strsim::jaro_winkler(name, b)))
+        .unwrap_or_default();
+    Failure::usage(format!(
+        "--preset {name}: no such preset and no such file; the nearest preset is `{nearest}`"
+    ))
+}
+
+/// Reads both halves of a preset.
+fn read(name: &str, file: &str, text: &str) -> Result<Preset, PresetError> {
+    Ok(Preset {
+        name: name.to_owned(),
+        controller: read_controller(file, text)?,
+        plant: Plant::read(file, text)?,
+    })
+}
+
+fn read_controller(file: &str, text: &str) -> Result<Controller, PresetError> {
+    let read: File = toml::from_str(text).map_err(|error| PresetError::from_toml(file, text, &error))?;
+    let ControllerFile { tick_hz, dwell_ms, settle_timeout_ms, host_timeout_ms, x, y, camera } =
+        read.controller;
+    let settings = StageSettings {
+        tick_hz,
+        dwell_ms,
+        settle_timeout_ms,
+        host_timeout_ms,
+        axes: [x.settings(), y.settings()],
+    };
+    let config = settings.build().map_err(|error| {
+        let header =
+            error.axis.map_or("[controller]".to_owned(), |axis| format!("[controller.{}]", ["x", "y"][axis]));
+        let line = abbe_twin::plant::line_of(text, &header, error.key);
+        PresetError { file: file.to_owned(), line, message: error.to_string() }
+    })?;
+    check_camera(&camera).map_err(|(key, message)| PresetError {
+        file: file.to_owned(),
+        line: abbe_twin::plant::line_of(text, "[controller.camera]", key),
+        message,
+    })?;
+    Ok(Controller { settings, config, camera })
+}
+
+fn check_camera(camera: &CameraSetup) -> Result<(), (&'static str, String)> {
+    let wrong = |key, value: f64, accepted| {
+        Err((key, format!("{key} = {value} is not accepted: it must be {accepted}")))
+    };
+    if !(camera.pixel_um > 0.0 && camera.pixel_um <= 1000.0) {
+        return wrong("pixel_um", camera.pixel_um, "more than 0, at most 1000 µm");
+    }
+    for (key, value) in [("width_px", camera.width_px), ("height_px", camera.height_px)] {
+        if !(16..=20_000).contains(&value) {
+            return wrong(key, f64::from(value), "16 … 20000");
+        }
+    }
+    for (key, sign) in [("x_sign", camera.x_sign), ("y_sign", camera.y_sign)] {
+        if sign.abs() != 1 {
+            return wrong(key, f64::from(sign), "1 or -1");
+        }
+    }
+    if !(0.0..=60.0).contains(&camera.settle_s) {
+        return wrong("settle_s", camera.settle_s, "0 … 60 s");
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text() -> String {
+        BUILT_IN[0].1.to_owned()
+    }
+
+    /// Every leaf of a table, as a path of keys.
+    fn leaves(value: &toml::Value, path: &[String], found: &mut Vec<Vec<String>>) {
+        match value {
+            toml::Value::Table(table) => {
+                for (key, value) in table {
+                    leaves(value, &[path, std::slice::from_ref(key)].concat(), found);
+                }
+            }
+            _ => found.push(path.to_vec()),
+        }
+    }
+
+    fn changed(value: &toml::Value) -> toml::Value {
+        match value {
+            toml::Value::Float(v) => toml::Value::Float(v * 1.25 + 0.01),
+            toml::Value::Integer(v) => toml::Value::Integer(if *v == 1 { -1 } else { v - 1 }),
+            toml::Value::Boolean(v) => toml::Value::Boolean(!v),
+            other => other.clone(),
+        }
+    }
+
+    fn at<'a>(value: &'a mut toml::Value, path: &[String]) -> &'a mut toml::Value {
+        path.iter().fold(value, |value, key| &mut value[key.as_str()])
+    }
+
+    #[test]
+    fn every_plant_key_leaves_the_controller_unchanged_and_changes_the_twin() {
+        let original: toml::Value = toml::from_str(&text()).unwrap();
+        let mut paths = Vec::new();
+        leaves(&original["plant"], &["plant".to_owned()], &mut paths);
+        assert!(paths.len() > 90, "{}", paths.len());
+        let before = read("m", "m", &text()).unwrap();
+        for path in paths {
+            let mut altered = original.clone();
+            let place = at(&mut altered, &path);
+            *place = changed(place);
+            let altered = toml::to_string(&altered).unwrap();
+            let after = read("m", "m", &altered).unwrap_or_else(|error| panic!("{path:?}: {error}"));
+            assert_eq!(after.controller.settings, before.controller.settings, "{path:?}");
+            assert_eq!(after.controller.config, before.controller.config, "{path:?}");
+            assert_eq!(after.controller.camera, before.controller.camera, "{path:?}");
+            assert_ne!(format!("{:?}", after.plant), format!("{:?}", before.plant), "{path:?} is not read");
+        }
+    }
+
+    #[test]
+    fn an_unknown_key_is_named_with_its_line_and_its_nearest_neighbour() {
+        for (from, to, nearest) in [
+            ("speed_mm_s = 20.0", "sped_mm_s = 20.0", "speed_mm_s"),
+            ("backlash_um = 3.0", "backlsh_um = 3.0", "backlash_um"),
+        ] {
+            let bad = text().replacen(from, to, 1);
+            let line = 1 + bad[..bad.find(to).unwrap()].matches('\n').count();
+            let error = read("m", "m.toml", &bad).unwrap_err();
+            assert_eq!(error.line, Some(line), "{error}");
+            assert!(error.message.contains(nearest), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_value_that_no_stage_can_have_is_named_with_its_line() {
+        let bad = text().replacen("jerk_mm_s3 = 20000.0", "jerk_mm_s3 = -1.0", 1);
+        let error = read("m", "m.toml", &bad).unwrap_err();
+        assert!(error.line.is_some() && error.to_string().contains("jerk_mm_s3"), "{error}");
+        let bad = text().replacen("mass_kg = 3.2", "mass_kg = nan", 1);
+        let error = read("m", "m.toml", &bad).unwrap_err();
+        assert!(error.line.is_some() && error.to_string().contains("mass_kg"), "{error}");
+    }
+
+    #[test]
+    fn an_unknown_preset_names_the_nearest() {
+        let failure = load("microscop-100").unwrap_err();
+        assert_eq!(failure.status(), 2);
+        assert!(format!("{failure:?}").contains("microscope-100"));
+    }
+}

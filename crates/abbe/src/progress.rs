@@ -1,0 +1,24 @@
+//! Progress to stderr: a bar where somebody watches, a line where nobody does.
+
+use indicatif::{ProgressBar, ProgressStyle};
+use std::io::IsTerminal;
+use std::time::Duration;
+
+/// A bar over `total` parts called `name`.
+pub(crate) fn bar(name: &str, total: usize) -> ProgressBar {
+    let watched = std::io::stderr().is_terminal();
+    if !watched {
+        eprintln!("{name} …");
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{msg:28} {bar:32} {pos}/{len} {eta:>4}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    let bar = ProgressBar::new(total as u64).with_style(style).with_message(name.to_owned());
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+/// A line that stays.
+pub(crate) fn note(text: &str) {
+    eprintln!("{text}");
+}
