@@ -24,7 +24,9 @@ impl LuGre {
     /// Friction force at speed `v` (m/s) over `dt` seconds; moves the bristles `z` (m).
     pub fn force(&self, z: &mut f64, v: f64, dt: f64) -> f64 {
         let ratio = v / self.stribeck;
-        let g = self.coulomb + (self.breakaway - self.coulomb) * libm::exp(-ratio * ratio);
+        // Beyond six Stribeck speeds the second term is below 10⁻¹⁵ of itself.
+        let stribeck = if ratio.abs() > 6.0 { 0.0 } else { libm::exp(-ratio * ratio) };
+        let g = self.coulomb + (self.breakaway - self.coulomb) * stribeck;
         let before = *z;
         if v != 0.0 {
             let settled = g * v.signum() / self.stiffness;

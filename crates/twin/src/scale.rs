@@ -105,6 +105,11 @@ impl Scale {
         self.reading_um = place_um - self.error_um(self.reading_um);
         let seen = self.reading_um + self.settings.noise_um * self.noise.normal();
         let to = floor(seen / self.settings.count_um);
+        let far = (to - self.index_count).abs() > INDEX_FAR_COUNTS;
+        if far && !self.index_drawn {
+            self.draw_index();
+        }
+        self.index_drawn = far;
         let step = if to > self.count { 1 } else { -1 };
         // Evenly spaced, 16 fractional bits of a clock.
         let spacing = (clocks << 16) / (to.abs_diff(self.count) + 1);
@@ -118,11 +123,6 @@ impl Scale {
     }
 
     fn edge(&mut self, clock: u64) {
-        let far = (self.count - self.index_count).abs() > INDEX_FAR_COUNTS;
-        if far && !self.index_drawn {
-            self.draw_index();
-        }
-        self.index_drawn = far;
         if self.connected {
             let (a, b) = levels(self.count);
             self.counter.edge(clock, a, b, self.count == self.index_count);

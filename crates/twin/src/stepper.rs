@@ -21,17 +21,18 @@ pub struct Stepper {
     damping: f64,
     /// Turns of one step pulse.
     pulse: f64,
-    /// Peak of the microstep error, turns; most of it repeats every full step, some every four.
-    microstep: f64,
-    microstep_phase: f64,
+    /// Pulses in a full step.
+    microsteps: i64,
+    /// How far the field is from where it should be at each pulse of an electrical turn, turns of the shaft.
+    field_error: Vec<f64>,
     /// Shaft angle, turns.
     pub angle: f64,
     /// Shaft speed, turns/s.
     pub speed: f64,
-    /// Pulses when the shaft was aligned.
+    /// Emitted pulses when the current was switched on.
     aligned_pulses: i32,
-    /// Commanded angle at that moment, turns.
-    aligned_angle: f64,
+    /// The field at that moment, pulses.
+    aligned_field: i64,
     energised: bool,
 }
 
@@ -49,12 +50,12 @@ impl Stepper {
             inertia: inertia_kg_m2,
             damping,
             pulse: 1.0 / (f64::from(plant.full_steps) * f64::from(plant.microsteps)),
-            microstep: plant.microstep_error / f64::from(plant.full_steps),
-            microstep_phase,
+            microsteps: i64::from(plant.microsteps),
+            field_error: field_error(plant, microstep_phase),
             angle: 0.0,
             speed: 0.0,
             aligned_pulses: 0,
-            aligned_angle: 0.0,
+            aligned_field: 0,
             energised: false,
         }
     }
@@ -64,8 +65,8 @@ impl Stepper {
         if on && !self.energised {
             self.aligned_pulses = pulses;
             // The driver's table starts at a full step: the rotor jumps there, up to two full steps away.
-            let full_step = 1.0 / (4.0 * self.teeth);
-            self.aligned_angle = (self.angle / full_step).round() * full_step;
+            let full_steps = (self.angle / (self.pulse * self.microsteps as f64)).round() as i64;
+            self.aligned_field = full_steps * self.microsteps;
         }
         self.energised = on;
     }
@@ -90,8 +91,16 @@ impl Stepper {
 
     /// Where the field points, turns of the shaft.
     fn field(&self, pulses: i32) -> f64 {
-        let commanded = f64::from(pulses.wrapping_sub(self.aligned_pulses)) * self.pulse + self.aligned_angle;
-        let phase = self.teeth * commanded + self.microstep_phase;
-        commanded + self.microstep * (0.85 * sin_turns(4.0 * phase) + 0.2 * sin_turns(phase))
+        let pulse = i64::from(pulses.wrapping_sub(self.aligned_pulses)) + self.aligned_field;
+        let error = self.field_error[pulse.rem_euclid(self.field_error.len() as i64) as usize];
+        pulse as f64 * self.pulse + error
     }
+}
+
+/// Most of the microstep error repeats every full step, some every electrical turn of four.
+fn field_error(plant: &MotorPlant, phase: f64) -> Vec<f64> {
+    let peak = plant.microstep_error / f64::from(plant.full_steps);
+    let pulses = 4 * plant.microsteps;
+    let at = |pulse: u32| f64::from(pulse) / f64::from(pulses) + phase;
+    (0..pulses).map(|pulse| peak * (0.85 * sin_turns(4.0 * at(pulse)) + 0.2 * sin_turns(at(pulse)))).collect()
 }

@@ -36,10 +36,10 @@ pub struct QuadratureCounter {
     raw: u8,
     /// Levels behind the filter.
     passed: u8,
-    /// When each pin that differs from its passed level passes, if it holds: A, B, Z.
-    due: [u64; 3],
-    /// The soonest of them.
+    /// The soonest time at which a pin that differs from its passed level passes, if it holds.
     next: u64,
+    /// That time for each pin, A, B, Z, when more than one differs.
+    due: [u64; 3],
     reading: Reading,
 }
 
@@ -60,24 +60,43 @@ impl QuadratureCounter {
     }
 
     /// New levels of the three pins at `clock`. Clocks never run backwards.
+    #[inline]
     pub fn edge(&mut self, clock: u64, a: bool, b: bool, z: bool) {
         self.advance(clock);
         let levels = bits(a, b, z);
         let changed = levels ^ self.raw;
-        self.raw = levels;
-        // Back at the level that had passed: the pulse was too short.
-        let ended = changed & !(levels ^ self.passed);
-        self.reading.glitches = self.reading.glitches.saturating_add(ended.count_ones() as u16);
+        if self.raw == self.passed && changed.is_power_of_two() {
+            // One pin alone changes and nothing else is pending, as in all orderly motion: `next` is its time.
+            self.raw = levels;
+            self.next = clock.saturating_add(self.filter);
+        } else if changed != 0 {
+            self.change(clock, levels);
+        }
+    }
+
+    /// Several pins change, or one changes while another is pending.
+    #[cold]
+    fn change(&mut self, clock: u64, levels: u8) {
+        let pending = self.raw ^ self.passed;
+        let changed = levels ^ self.raw;
         let due = clock.saturating_add(self.filter);
         for (bit, pin) in [A, B, Z].into_iter().zip(&mut self.due) {
             if changed & bit != 0 {
                 *pin = due;
+            } else if pending == bit {
+                // It was alone until now.
+                *pin = self.next;
             }
         }
+        self.raw = levels;
+        // Back at the level that had passed: the pulse was too short.
+        let ended = changed & !(levels ^ self.passed);
+        self.reading.glitches = self.reading.glitches.saturating_add(ended.count_ones() as u16);
         self.schedule();
     }
 
     /// Lets pass whatever has held long enough by `clock`, in the order of time.
+    #[inline]
     pub fn advance(&mut self, clock: u64) {
         while self.next <= clock && self.next != NEVER {
             self.pass(self.next);
@@ -85,6 +104,7 @@ impl QuadratureCounter {
     }
 
     /// The soonest time at which a pin passes.
+    #[inline]
     fn schedule(&mut self) {
         let pending = self.raw ^ self.passed;
         self.next = NEVER;
@@ -96,6 +116,7 @@ impl QuadratureCounter {
     }
 
     /// All pins that are due at `clock` pass together, as in one clock of the chip.
+    #[inline]
     fn pass(&mut self, clock: u64) {
         let before = self.passed;
         if (self.raw ^ before).is_power_of_two() {
@@ -124,6 +145,7 @@ impl QuadratureCounter {
         read
     }
 
+    #[inline]
     fn count(&mut self, before: u8, now: u8) {
         let row = usize::from((before << 2) | now);
         match DECODE.get(row).copied().unwrap_or(ILLEGAL) {
@@ -138,13 +160,10 @@ const fn bits(a: bool, b: bool, z: bool) -> u8 {
 }
 
 /// Levels (A, B) of an encoder that stands at count `n`.
+#[inline]
 pub const fn levels(n: i64) -> (bool, bool) {
-    match n & 3 {
-        0 => (false, false),
-        1 => (true, false),
-        2 => (true, true),
-        _ => (false, true),
-    }
+    let b = n >> 1;
+    ((n ^ b) & 1 != 0, b & 1 != 0)
 }
 
 #[cfg(test)]
