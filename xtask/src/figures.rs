@@ -3,7 +3,6 @@
 //! Each topic owns what stands between `<!-- figures:TOPIC -->` and `<!-- /figures:TOPIC -->`; the words around it
 //! are left alone.
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
@@ -22,11 +21,70 @@ use crate::demo::read_summary;
 pub(crate) enum Topic {
     /// What the demo reaches, for six seeds.
     Demo,
+    /// How well the zero repeats.
+    Homing,
     /// How fast the simulated stage runs.
     Twin,
 }
 
 const SEEDS: std::ops::RangeInclusive<u32> = 1..=6;
+const HOMING_SEEDS: std::ops::RangeInclusive<u32> = 1..=2;
+const HOMINGS: u32 = 200;
+
+/// A row of a table: its name, where its numbers stand in a summary, and their decimals.
+struct Row {
+    name: &'static str,
+    paths: &'static [&'static str],
+    decimals: usize,
+}
+
+const fn row(name: &'static str, paths: &'static [&'static str], decimals: usize) -> Row {
+    Row { name, paths, decimals }
+}
+
+impl Row {
+    fn cell(&self, summary: &Value) -> String {
+        let shown = |path: &&str| {
+            summary
+                .pointer(path)
+                .and_then(Value::as_f64)
+                .map_or("–".into(), |v| format!("{v:.*}", self.decimals))
+        };
+        self.paths.iter().map(shown).collect::<Vec<String>>().join(" … ")
+    }
+}
+
+const DEMO_ROWS: [Row; 20] = [
+    row("x: error before compensation at 90 mm, µm", &["/x/before/at_90_um"], 1),
+    row("y: error before compensation at 90 mm, µm", &["/y/before/at_90_um"], 1),
+    row("x: error before compensation at 100 mm, µm", &["/x/before/at_100_um"], 1),
+    row("y: error before compensation at 100 mm, µm", &["/y/before/at_100_um"], 1),
+    row("x: degree of the polynomial", &["/x/fit/degree"], 0),
+    row("y: degree of the polynomial", &["/y/fit/degree"], 0),
+    row("x: mean error per point and direction, µm", &["/x/after/mean_min_um", "/x/after/mean_max_um"], 2),
+    row("y: mean error per point and direction, µm", &["/y/after/mean_min_um", "/y/after/mean_max_um"], 2),
+    row("x: worst single error, µm", &["/x/after/worst_single_um"], 2),
+    row("y: worst single error, µm", &["/y/after/worst_single_um"], 2),
+    row("x: spread of 7 runs, µm", &["/x/after/spread_um"], 2),
+    row("y: spread of 7 runs, µm", &["/y/after/spread_um"], 2),
+    row("x: ISO 230-2 A, R, E, M, B, µm", &ISO_X, 2),
+    row("y: ISO 230-2 A, R, E, M, B, µm", &ISO_Y, 2),
+    row("tiles from their true places, px rms", &["/mosaic/against_truth/rms_px"], 3),
+    row("worst tile, px", &["/mosaic/against_truth/worst_px"], 3),
+    row("overlaps, grey levels rms, before … after", &SEAMS, 2),
+    row("stage's own time, s", &["/simulated_s"], 0),
+    row("time taken, s", &["/wall_s"], 1),
+    row("largest memory, MiB", &["/peak_memory_mib"], 0),
+];
+const ISO_X: [&str; 5] =
+    ["/x/after/iso230/A", "/x/after/iso230/R", "/x/after/iso230/E", "/x/after/iso230/M", "/x/after/iso230/B"];
+const ISO_Y: [&str; 5] =
+    ["/y/after/iso230/A", "/y/after/iso230/R", "/y/after/iso230/E", "/y/after/iso230/M", "/y/after/iso230/B"];
+const SEAMS: [&str; 2] = ["/mosaic/stitch/seam_before/level_rms", "/mosaic/stitch/seam_after/level_rms"];
+const HOMING_ROWS: [Row; 2] = [
+    row("x: largest move of the zero, µm", &["/x/largest_zero_shift_um"], 2),
+    row("y: largest move of the zero, µm", &["/y/largest_zero_shift_um"], 2),
+];
 const EMPTY_PAGE: &str = "# Benchmarks\n\nEvery figure here comes from the command above it.\n";
 
 /// Measures one topic, or all, and writes the page.
@@ -47,6 +105,7 @@ impl Topic {
     fn name(self) -> &'static str {
         match self {
             Self::Demo => "demo",
+            Self::Homing => "homing",
             Self::Twin => "twin",
         }
     }
@@ -54,6 +113,7 @@ impl Topic {
     fn measure(self, root: &Path) -> Result<String> {
         match self {
             Self::Demo => demo(root),
+            Self::Homing => homing(root),
             Self::Twin => twin(root),
         }
     }
@@ -69,17 +129,33 @@ fn origin(root: &Path, topic: Topic) -> Result<String> {
 
 /// The demo's own figures, one column for each seed.
 fn demo(root: &Path) -> Result<String> {
-    let mut columns = Vec::new();
+    let mut summaries = Vec::new();
     for seed in SEEDS {
         let folder = std::env::temp_dir().join(format!("abbe-figures-{}-{seed}", std::process::id()));
         let (seed, out) = (seed.to_string(), folder.display().to_string());
         let mut command = cargo(root);
         command.args(["run", "--quiet", "--release", "--", "demo", "--json", "--seed", &seed, "--out", &out]);
         stdout_of(&mut command)?;
-        columns.push((format!("seed {seed}"), figures_of(&read_summary(&folder)?)));
+        summaries.push((format!("seed {seed}"), read_summary(&folder)?));
         fs::remove_dir_all(&folder).with_context(|| format!("cannot remove {out}"))?;
     }
-    Ok(table(&columns))
+    Ok(table(&DEMO_ROWS, &summaries))
+}
+
+/// One homing after another, each from a random place.
+fn homing(root: &Path) -> Result<String> {
+    let mut summaries = Vec::new();
+    for seed in HOMING_SEEDS {
+        let mut command = cargo(root);
+        let (seed, times) = (seed.to_string(), HOMINGS.to_string());
+        command.args(["run", "--quiet", "--release", "--"]);
+        command.args(["home", "--twin", "--json", "--seed", &seed, "--times", &times]);
+        summaries.push((format!("seed {seed}"), serde_json::from_str(&stdout_of(&mut command)?)?));
+    }
+    Ok(format!(
+        "{HOMINGS} homings a seed, each from a random place; a count is 0.1 µm.\n\n{}",
+        table(&HOMING_ROWS, &summaries)
+    ))
 }
 
 /// The lines that the speed example prints.
@@ -91,37 +167,14 @@ fn twin(root: &Path) -> Result<String> {
     Ok(format!("```text\n{}\n```", lines.trim_end()))
 }
 
-/// Every number of a summary under its path, `x.worst_um`.
-fn figures_of(summary: &Value) -> BTreeMap<String, String> {
-    let mut figures = BTreeMap::new();
-    collect(summary, "", &mut figures);
-    figures
-}
-
-fn collect(value: &Value, path: &str, figures: &mut BTreeMap<String, String>) {
-    if let Some(number) = value.as_f64() {
-        figures.insert(path.to_owned(), shown(number));
-    }
-    for (key, value) in value.as_object().into_iter().flatten() {
-        let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
-        collect(value, &path, figures);
-    }
-}
-
-/// Whole numbers as they are, others with three decimals.
-fn shown(number: f64) -> String {
-    if number.fract() == 0.0 { format!("{number}") } else { format!("{number:.3}") }
-}
-
-/// A Markdown table: a row for each figure that any column has.
-fn table(columns: &[(String, BTreeMap<String, String>)]) -> String {
-    let heads: Vec<&str> = columns.iter().map(|(head, _)| head.as_str()).collect();
+/// A Markdown table: a row for each figure, a column for each summary.
+fn table(rows: &[Row], summaries: &[(String, Value)]) -> String {
+    let heads: Vec<&str> = summaries.iter().map(|(head, _)| head.as_str()).collect();
     let mut text = format!("| figure | {} |\n|---|{}\n", heads.join(" | "), "---:|".repeat(heads.len()));
-    let names: std::collections::BTreeSet<&String> = columns.iter().flat_map(|(_, f)| f.keys()).collect();
-    for name in names {
-        let cells: Vec<&str> = columns.iter().map(|(_, f)| f.get(name).map_or("–", String::as_str)).collect();
+    for row in rows {
+        let cells: Vec<String> = summaries.iter().map(|(_, summary)| row.cell(summary)).collect();
         // Writing to a String cannot fail.
-        let _ = writeln!(text, "| {name} | {} |", cells.join(" | "));
+        let _ = writeln!(text, "| {} | {} |", row.name, cells.join(" | "));
     }
     text
 }
@@ -174,13 +227,13 @@ mod tests {
     }
 
     #[test]
-    fn every_number_becomes_a_row_and_a_missing_one_a_dash() {
-        let one = figures_of(&json!({ "x": { "worst_um": 1.25, "name": "a" }, "tiles": 12 }));
-        let other = figures_of(&json!({ "tiles": 9 }));
-        let text = table(&[("seed 1".into(), one), ("seed 2".into(), other)]);
+    fn every_summary_becomes_a_column_and_a_missing_number_a_dash() {
+        let rows = [row("worst, µm", &["/x/worst"], 2), row("range", &["/low", "/high"], 0)];
+        let one = json!({ "x": { "worst": 1.256 }, "low": -3, "high": 4 });
+        let text = table(&rows, &[("seed 1".into(), one), ("seed 2".into(), json!({}))]);
         assert_eq!(
             text,
-            "| figure | seed 1 | seed 2 |\n|---|---:|---:|\n| tiles | 12 | 9 |\n| x.worst_um | 1.250 | – |\n"
+            "| figure | seed 1 | seed 2 |\n|---|---:|---:|\n| worst, µm | 1.26 | – |\n| range | -3 … 4 | – … – |\n"
         );
     }
 
