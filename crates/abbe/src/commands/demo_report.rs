@@ -122,7 +122,16 @@ pub(super) fn summary(preset: &Preset, seed: u64, dir: &Path, found: &Found, wal
         "checks": checks,
         "simulated_s": found.simulated_s,
         "wall_s": wall_s,
+        "peak_memory_mib": peak_memory_mib(),
     })
+}
+
+/// The most memory this process has held, where the system tells (Linux).
+fn peak_memory_mib() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kib: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kib / 1024.0)
 }
 
 fn axis(found: &Found, after: &Verification, index: usize) -> Value {
