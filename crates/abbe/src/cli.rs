@@ -162,7 +162,7 @@ pub(crate) struct Compensate {
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
     /// Highest degree to try.
-    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=20))]
+    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=20))]
     pub(crate) max_degree: u32,
     /// Replace a file that exists.
     #[arg(long)]

@@ -1,5 +1,7 @@
 //! Promises of the whole controller, kept against a plant so simple that it hides nothing.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 use abbe_core::background;
 use abbe_core::compensate::ErrorMap;
 use abbe_core::design::StageSettings;

@@ -11,7 +11,7 @@ use crate::iso230::Iso230;
 use crate::polynomial::{MAX_DEGREE, Polynomial};
 
 /// The highest degree tried unless the caller says otherwise.
-pub const DEFAULT_MAX_DEGREE: usize = 8;
+pub const DEFAULT_MAX_DEGREE: usize = 16;
 
 /// A higher degree must lower the cross-validated error by more than this part of it, or the lower degree stays.
 ///

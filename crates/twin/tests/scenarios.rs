@@ -3,6 +3,8 @@
 //! A folder holds `README.md` (what may go wrong), `script.txt` (what is done and what must be seen, line by line)
 //! and, where the usual stage will not do, `stage.toml` (what differs from `presets/microscope-100.toml`).
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 use abbe_core::background;
 use abbe_core::design::StageSettings;
 use abbe_core::edge::{Actuation, StepRate};

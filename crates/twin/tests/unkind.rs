@@ -1,5 +1,7 @@
 //! The twin may not be kind: the preset holds at least the imperfections it promises, and each really acts.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 mod common;
 
 use abbe_core::{Command, Pos};

@@ -21,7 +21,7 @@ use std::rc::Rc;
 /// Way beyond the outer targets, mm: many times the lost motion.
 const OVERRUN_MM: f64 = 0.5;
 /// Rest at a target before the first reading, s.
-const DWELL_S: f64 = 0.05;
+const DWELL_S: f64 = 0.2;
 /// Readings averaged at a target, a millisecond apart.
 const READINGS: usize = 50;
 /// Distance of the outermost target from the end of the travel, mm.
@@ -60,6 +60,12 @@ fn travel(preset: &Preset, axis: Axis) -> [f64; 2] {
     [settings.travel_low_mm, settings.travel_high_mm]
 }
 
+/// The middle of a travel, mm: the measuring line of the other axis, and the datum of this one. What grows with the
+/// way from the datum (air, misalignment, warmth of the scale) then grows half as far.
+fn middle([low, high]: [f64; 2]) -> f64 {
+    0.5 * (low + high)
+}
+
 /// The axes of a choice.
 fn axes(choice: AxisChoice) -> &'static [Axis] {
     match choice {
@@ -72,13 +78,12 @@ fn axes(choice: AxisChoice) -> &'static [Axis] {
 /// Measures one axis along the middle line of the table.
 pub(super) fn measure_axis(rig: &Shared, preset: &Preset, job: Job, name: &str) -> Result<Measured, Failure> {
     let other = if job.axis == Axis::X { Axis::Y } else { Axis::X };
-    let [low, high] = travel(preset, other);
     let plan = Plan {
         axis: job.axis,
-        datum_mm: travel(preset, job.axis)[0] + END_MM,
+        datum_mm: middle(travel(preset, job.axis)),
         targets_mm: job.targets_mm,
         runs: job.runs,
-        line_mm: 0.5 * (low + high),
+        line_mm: middle(travel(preset, other)),
         overrun_mm: OVERRUN_MM,
         dwell_s: DWELL_S,
         readings_per_point: READINGS,

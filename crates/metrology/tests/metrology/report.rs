@@ -96,8 +96,9 @@ fn every_section_and_plot_is_there() {
 
 /// What stands between every `<tag>` and its end.
 fn texts<'a>(page: &'a str, tag: &str) -> Vec<&'a str> {
-    let inside = page.split(&format!("<{tag}>")).skip(1);
-    inside.map(|rest| rest.split(&format!("</{tag}>")).next().unwrap()).collect()
+    let (opening, closing) = (format!("<{tag}>"), format!("</{tag}>"));
+    let inside = page.split(opening.as_str()).skip(1);
+    inside.map(|rest| rest.split(closing.as_str()).next().unwrap()).collect()
 }
 
 #[test]
