@@ -133,7 +133,8 @@ impl Scale {
     fn draw_index(&mut self) {
         let nominal = (self.settings.index_mm * 1e3 / self.settings.count_um).round();
         let jitter = self.noise.uniform(-0.5, 0.5) * self.settings.index_jitter_counts;
-        self.index_count = (nominal + jitter).round() as i64;
+        // Between two counts, so that a jitter of one count really shows one or the other.
+        self.index_count = floor(nominal + jitter);
     }
 
     /// A disturbance shorter than the filter on one line.
