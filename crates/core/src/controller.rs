@@ -170,9 +170,14 @@ impl<const N: usize> Controller<N> {
         })
     }
 
-    /// Hands over the plan of move `number`, to begin at tick `start`. A plan of another move is dropped.
+    /// Hands over the plan of move `number`, to begin at tick `start`.
+    ///
+    /// A plan that nobody waits for any more (the move was stopped, failed, or has its plan) is dropped.
     pub fn take_plan(&mut self, number: u32, plan: LinePlan<N>, start: u32) {
-        if let Some(current) = self.current.as_mut().filter(|current| current.report.number == number) {
+        let moving = self.state == State::Moving;
+        let waiting =
+            |current: &&mut CurrentMove<N>| moving && current.wants_plan && current.report.number == number;
+        if let Some(current) = self.current.as_mut().filter(waiting) {
             current.wants_plan = false;
             self.path.follow(plan, start);
         }
@@ -268,8 +273,9 @@ impl<const N: usize> Controller<N> {
     }
 
     fn disable(&mut self) {
-        // After a fault the drives are off already, and the reason stays until the reset.
-        _ = self.happen(Event::Disable);
+        // Off while braking for a fault is still a fault: it stays explained until the reset.
+        let event = if self.fault.is_some() { Event::HaltedInFault } else { Event::Disable };
+        _ = self.happen(event);
     }
 
     fn begin_move(&mut self, to: [Pos; N]) -> Result<(), Refusal> {

@@ -53,6 +53,8 @@ pub struct Guard {
     slip_pm: i64,
     illegal: u16,
     ticks: u8,
+    /// The high switch has been free since homing began: pressed again, it is no longer the one homing came from.
+    left_high: bool,
 }
 
 impl Guard {
@@ -81,7 +83,7 @@ impl Guard {
         if error.abs() > config.following_error {
             return Some(Fault::FollowingError { axis, error });
         }
-        travel(axis, sensed, watch, config)
+        self.travel(axis, sensed, watch, config)
     }
 
     /// Commanded travel since the encoder last moved.
@@ -119,22 +121,25 @@ impl Guard {
         self.slip_pm = 0;
         self.pulses_at_motion = sensed.pulses;
     }
-}
 
-fn travel(axis: usize, sensed: &Sensed, watch: &Watch, config: &Config) -> Option<Fault> {
-    if watch.homing {
-        // The low switch is what homing looks for.
-        return sensed.limit_high.then_some(Fault::LimitSwitch { axis, end: End::High });
+    fn travel(&mut self, axis: usize, sensed: &Sensed, watch: &Watch, config: &Config) -> Option<Fault> {
+        let at = |end| Some(Fault::LimitSwitch { axis, end });
+        let came_from_high = watch.homing && !self.left_high;
+        self.left_high = watch.homing && (self.left_high || !sensed.limit_high);
+        if watch.homing {
+            // The low switch is what homing looks for, and it may begin on the high one.
+            return if sensed.limit_high && !came_from_high { at(End::High) } else { None };
+        }
+        if sensed.limit_low {
+            return at(End::Low);
+        }
+        if sensed.limit_high {
+            return at(End::High);
+        }
+        let position = sensed.position;
+        let outside = position < config.low || position > config.high;
+        (watch.homed && outside).then_some(Fault::SoftLimit { axis, position })
     }
-    if sensed.limit_low {
-        return Some(Fault::LimitSwitch { axis, end: End::Low });
-    }
-    if sensed.limit_high {
-        return Some(Fault::LimitSwitch { axis, end: End::High });
-    }
-    let position = sensed.position;
-    let outside = position < config.low || position > config.high;
-    (watch.homed && outside).then_some(Fault::SoftLimit { axis, position })
 }
 
 /// Judges what belongs to no axis. `expected_tick` is the number this tick should have.

@@ -8,6 +8,7 @@ use abbe_core::design::StageSettings;
 use abbe_core::edge::{Actuation, AxisInputs, Inputs, Outputs, StepRate};
 use abbe_core::front::StepEmitter;
 use abbe_core::machine::State;
+use abbe_core::plan::LinePlan;
 use abbe_core::publish::Outcome;
 use abbe_core::{Command, Controller, Pos, Refusal, Status};
 use proptest::prelude::*;
@@ -184,6 +185,24 @@ fn a_stop_before_the_plan_came_stays_where_it_was() {
     }
     bench.go(1.0, 1.0);
     assert_eq!(bench.status().last_move.unwrap().outcome, Outcome::Arrived);
+}
+
+#[test]
+fn a_plan_that_comes_after_the_stop_moves_nothing() {
+    let mut bench = Bench::homed();
+    let held = bench.status().axes.map(|axis| axis.set_point);
+    bench.controller.command(Command::MoveTo([Pos::from_mm(9.0); 2])).unwrap();
+    let request = bench.controller.wanted_plan().unwrap();
+    bench.controller.command(Command::Stop).unwrap();
+    let plan = LinePlan::new(request.from, request.to, &request.limits);
+    bench.controller.take_plan(request.number, plan, request.asked_at);
+    for _ in 0..5000 {
+        bench.tick();
+    }
+    assert_eq!(bench.status().state, State::Ready);
+    for (axis, held) in bench.status().axes.iter().zip(held) {
+        assert!((axis.set_point - held).abs() <= Pos::from_um(0.5), "{:?}", axis.set_point);
+    }
 }
 
 #[test]
