@@ -95,8 +95,9 @@ mod tests {
                 fastest = fastest.max(v);
                 if v > 0.05 && !slipping {
                     slips.push(t);
+                    slipping = true;
                 }
-                slipping = v > 0.01;
+                slipping &= v > 0.01;
             },
         );
         assert_eq!(slips.len(), 4, "{slips:?}");

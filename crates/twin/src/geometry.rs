@@ -121,4 +121,46 @@ mod tests {
             along.iter().copied().fold(f64::MIN, f64::max) - along.iter().copied().fold(f64::MAX, f64::min);
         assert!((range - 4.0).abs() < 1e-9);
     }
+
+    fn geometry() -> Geometry {
+        let settings = GeometryPlant {
+            travel_mm: 100.0,
+            scale_sideways_mm: 60.0,
+            scale_down_mm: 10.0,
+            angle_arcsec_pp: 4.0,
+            straightness_um_pp: 1.5,
+            squareness_arcsec: 20.0,
+            reversal_um: 0.5,
+            random_um: 0.12,
+        };
+        Geometry::new(&settings, 9)
+    }
+
+    #[test]
+    fn an_arc_second_over_ten_millimetres_is_48_nanometres() {
+        let mut bent = geometry();
+        for slide in [&mut bent.x, &mut bent.y] {
+            for wavy in [&mut slide.roll, &mut slide.pitch, &mut slide.yaw, &mut slide.straightness] {
+                wavy.waves.clear();
+            }
+        }
+        bent.squareness = 0.0;
+        assert_eq!(bent.deviation_um([30_000.0, 70_000.0]), [0.0, 0.0]);
+        // A yaw of the X slide of one arc second at every place but a whole number of waves.
+        bent.x.yaw.waves.push((0.0, 0.25, 1.0 / ARCSEC));
+        let [x, y] = bent.deviation_um([30_000.0, 50_000.0]);
+        assert!((x + 6.0 * 0.04848).abs() < 1e-4, "{x}");
+        assert!((y - 6.0 * 0.04848).abs() < 1e-4, "{y}");
+        // Off the middle the arm of X is longer.
+        let [x, _] = bent.deviation_um([30_000.0, 100_000.0]);
+        assert!((x + 11.0 * 0.04848).abs() < 1e-4, "{x}");
+    }
+
+    #[test]
+    fn squareness_leans_the_y_axis() {
+        let lean = geometry();
+        let across = lean.deviation_um([50_000.0, 100_000.0])[0] - lean.deviation_um([50_000.0, 0.0])[0];
+        // 20″ over 100 mm are 9.7 µm; yaw, roll and straightness add less than 4.
+        assert!((across + 9.7).abs() < 4.0, "{across}");
+    }
 }

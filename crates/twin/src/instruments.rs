@@ -64,3 +64,21 @@ impl Thermometer {
         true_c + self.offset_k + self.noise_k * self.noise.normal()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thermometers_have_an_offset_of_their_own_and_noise() {
+        let settings = ThermometerPlant { offset_k: 0.1, noise_k: 0.02 };
+        let means: Vec<f64> = (0..200)
+            .map(|seed| {
+                let mut one = Thermometer::new(&settings, seed, "scale");
+                (0..100).map(|_| one.read_c(20.0)).sum::<f64>() / 100.0
+            })
+            .collect();
+        let spread = (means.iter().map(|m| (m - 20.0).powi(2)).sum::<f64>() / 200.0).sqrt();
+        assert!((0.08..0.12).contains(&spread), "{spread}");
+    }
+}

@@ -31,6 +31,8 @@ pub struct Scale {
     reading_um: f64,
     /// Clocks of the front end so far.
     clock: u64,
+    /// Where the reference mark lies between two counts, 0 … 1.
+    index_phase: f64,
     /// Count at which the index pulse will come this time.
     index_count: i64,
     /// It has been drawn since the head was last near it.
@@ -45,6 +47,7 @@ impl Scale {
         let mut noise = Noise::new(seed, &format!("scale {name}"));
         let graduation = graduation(settings, &mut noise);
         let cyclic_phase = noise.uniform(0.0, 1.0);
+        let index_phase = noise.uniform(0.0, 1.0);
         let mut scale = Self {
             settings: settings.clone(),
             graduation,
@@ -54,6 +57,7 @@ impl Scale {
             count: 0,
             reading_um: place_um,
             clock: 0,
+            index_phase,
             index_count: 0,
             index_drawn: true,
             expansion: 0.0,
@@ -131,9 +135,8 @@ impl Scale {
 
     /// The reference mark repeats to a count, no better.
     fn draw_index(&mut self) {
-        let nominal = (self.settings.index_mm * 1e3 / self.settings.count_um).round();
+        let nominal = self.settings.index_mm * 1e3 / self.settings.count_um + self.index_phase;
         let jitter = self.noise.uniform(-0.5, 0.5) * self.settings.index_jitter_counts;
-        // Between two counts, so that a jitter of one count really shows one or the other.
         self.index_count = floor(nominal + jitter);
     }
 
@@ -183,4 +186,81 @@ pub(crate) fn normalised(mut values: Vec<f64>, rms: f64) -> Vec<f64> {
         *value = (*value - mean) * scale;
     }
     values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plant() -> ScalePlant {
+        ScalePlant {
+            grating_um: 20.0,
+            count_um: 0.1,
+            error_offset_um: 1.021,
+            error_slope_um_mm: 0.6397,
+            error_curvature_um_mm2: 0.0168,
+            graduation_rms_um: 0.3,
+            graduation_length_mm: 5.0,
+            cyclic_um: 0.15,
+            noise_um: 0.005,
+            expansion_um_m_k: 8.0,
+            index_mm: 0.0,
+            index_jitter_counts: 1.0,
+            filter_clocks: 4,
+            glitch_probability: 0.0,
+        }
+    }
+
+    #[test]
+    fn not_a_count_is_lost_over_forward_and_back_with_disturbances() {
+        let mut scale = Scale::new(&plant(), 5000.0, 1, "x");
+        let start = scale.count;
+        for step in 0..40_000i32 {
+            let phase = f64::from(step) / 40_000.0;
+            scale.move_to(5000.0 + 3000.0 * sin_turns(3.0 * phase), 500);
+            if step % 7 == 0 {
+                scale.glitch();
+                scale.move_to(5000.0 + 3000.0 * sin_turns(3.0 * phase), 500);
+            }
+            assert_eq!(scale.read().illegal, 0);
+        }
+        scale.move_to(5000.0, 500);
+        scale.move_to(5000.0, 500);
+        assert_eq!(i64::from(scale.read().counter.cast_signed()), scale.count - start);
+    }
+
+    #[test]
+    fn reading_and_error_make_the_place() {
+        let mut scale = Scale::new(&plant(), 90_000.0, 2, "y");
+        for _ in 0..5 {
+            scale.move_to(90_000.0, 500);
+        }
+        let reading = scale.position_um();
+        assert!((reading + scale.error_um(reading) - 90_000.0).abs() < 1e-3);
+        // Paper A's Y axis at 90 mm: 194.7 µm, and what graduation and cyclic error add.
+        assert!((scale.error_um(90_000.0) - 194.7).abs() < 1.5);
+    }
+
+    #[test]
+    fn graduation_and_cyclic_error_have_their_sizes() {
+        let scale = Scale::new(&plant(), 0.0, 3, "x");
+        let mean_square: f64 =
+            (0..1000).map(|i| scale.graduation_um(f64::from(i) * 100.0).powi(2)).sum::<f64>() / 1000.0;
+        assert!((0.2..0.4).contains(&mean_square.sqrt()), "{}", mean_square.sqrt());
+        // Neighbours within a grating period differ by the cyclic error alone.
+        let inside = (0..200).map(|i| {
+            let at = 40_000.0 + f64::from(i) * 0.1;
+            scale.error_um(at) - 0.6397e-3 * at - 0.0168e-6 * at * at
+        });
+        let (low, high) = inside.fold((f64::MAX, f64::MIN), |(l, h), e| (l.min(e), h.max(e)));
+        assert!((0.28..0.36).contains(&(high - low)), "{}", high - low);
+    }
+
+    #[test]
+    fn warm_glass_reads_too_little() {
+        let mut scale = Scale::new(&plant(), 0.0, 4, "x");
+        let cold = scale.error_um(100_000.0);
+        scale.warm(1.5);
+        assert!((scale.error_um(100_000.0) - cold - 1.2).abs() < 1e-9);
+    }
 }

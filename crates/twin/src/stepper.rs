@@ -104,3 +104,92 @@ fn field_error(plant: &MotorPlant, phase: f64) -> Vec<f64> {
     let at = |pulse: u32| f64::from(pulse) / f64::from(pulses) + phase;
     (0..pulses).map(|pulse| peak * (0.85 * sin_turns(4.0 * at(pulse)) + 0.2 * sin_turns(at(pulse)))).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DT: f64 = 2e-5;
+    /// Four full steps, one electrical turn.
+    const PERIOD: f64 = 1.0 / 50.0;
+
+    fn motor() -> Stepper {
+        let plant = MotorPlant {
+            full_steps: 200,
+            microsteps: 16,
+            holding_torque_nm: 0.07,
+            detent_torque_nm: 0.003,
+            corner_rev_s: 15.0,
+            inertia_kg_mm2: 1.8,
+            damping_ratio: 0.05,
+            microstep_error: 0.04,
+        };
+        let mut motor = Stepper::new(&plant, 1.8e-6, 0.0);
+        motor.energise(true, 0);
+        motor
+    }
+
+    fn run(motor: &mut Stepper, pulses: i32, load: f64, seconds: f64) {
+        for _ in 0..(seconds / DT) as u32 {
+            motor.step(pulses, load, DT);
+        }
+    }
+
+    #[test]
+    fn follows_its_pulses_to_a_part_of_a_step_and_bends_under_load() {
+        let mut motor = motor();
+        for pulses in 0..=3200 {
+            run(&mut motor, pulses, 0.0, 2e-4);
+        }
+        run(&mut motor, 3200, 0.0, 0.3);
+        let error = motor.angle - 1.0;
+        // 4 % of a full step, and what the detent adds.
+        assert!(error.abs() < 0.08 / 200.0, "{error}");
+        run(&mut motor, 3200, 0.035, 0.3);
+        let bent = motor.angle - 1.0;
+        // Half the holding torque: a twelfth of a period back.
+        assert!((bent + PERIOD / 12.0).abs() < PERIOD / 50.0, "{bent}");
+    }
+
+    #[test]
+    fn lets_go_under_overload_and_is_whole_periods_away_afterwards() {
+        let mut motor = motor();
+        run(&mut motor, 0, 0.0, 0.2);
+        let rest = motor.angle;
+        run(&mut motor, 0, 0.1, 0.02);
+        run(&mut motor, 0, 0.0, 0.5);
+        let periods = (motor.angle - rest) / PERIOD;
+        assert!(periods < -0.5, "{periods}");
+        assert!((periods - periods.round()).abs() < 0.02, "{periods}");
+    }
+
+    #[test]
+    fn rings_at_its_resonance_with_little_damping() {
+        let mut motor = motor();
+        run(&mut motor, 0, 0.0, 0.2);
+        let rest = motor.angle;
+        motor.speed = 0.05;
+        let (mut crossings, mut before, mut first, mut last) = (0, 0.0, 0.0f64, 0.0f64);
+        for step in 0..5000 {
+            motor.step(0, 0.0, DT);
+            let now = motor.angle - rest;
+            crossings += u32::from(before <= 0.0 && now > 0.0 && step > 0);
+            let peak = if step < 500 { &mut first } else { &mut last };
+            if !(500..4500).contains(&step) {
+                *peak = peak.max(now.abs());
+            }
+            before = now;
+        }
+        // √(Nr Tm / J) / 2π = 222 Hz, a little less with the detent; 0.1 s hold some 20 of its periods.
+        assert!((18..=24).contains(&crossings), "{crossings}");
+        assert!(last < 0.2 * first && last > 0.0001 * first, "{last} of {first}");
+    }
+
+    #[test]
+    fn without_current_it_only_cogs() {
+        let mut motor = motor();
+        motor.energise(false, 0);
+        run(&mut motor, 0, 0.01, 0.05);
+        assert!(motor.angle < -0.1, "{}", motor.angle);
+    }
+}

@@ -351,13 +351,19 @@ impl Twin {
         let tables = self.axes.each_ref().map(|axis| axis.table.place_um());
         let bent = self.geometry.deviation_um(slides_um);
         let drift = self.heat.drift_um();
-        let sag = self.plant.load.sag_um_kg * self.plant.load.kg;
         Truth {
             time_s: self.time_s,
-            table_um: [tables[0] + bent[0] + drift[0] + sag, tables[1] + bent[1] + drift[1] + sag],
+            table_um: [0, 1].map(|axis| tables[axis] + bent[axis] + drift[axis] + self.sag_um(tables[axis])),
             slides_um,
             speed_mm_s: self.axes.each_ref().map(|axis| axis.mechanics.speed_mm_s()),
         }
+    }
+
+    /// The load bends the middle plate: nothing in the middle of the travel, the whole sag at its ends, where the load
+    /// hangs over.
+    fn sag_um(&self, place_um: f64) -> f64 {
+        let middle_um = self.plant.geometry.travel_mm * 500.0;
+        self.plant.load.sag_um_kg * self.plant.load.kg * (place_um - middle_um) / middle_um
     }
 
     /// The room. For instruments only.
