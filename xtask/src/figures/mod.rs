@@ -3,6 +3,8 @@
 //! Each topic owns what stands between `<!-- figures:TOPIC -->` and `<!-- /figures:TOPIC -->`; the words around it
 //! are left alone.
 
+mod readme;
+
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
@@ -19,7 +21,7 @@ use crate::demo::read_summary;
 /// What can be measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Topic {
-    /// What the demo reaches, for six seeds.
+    /// What the demo reaches, for six seeds; writes the table of the READMEs, too.
     Demo,
     /// How well the zero repeats.
     Homing,
@@ -138,6 +140,12 @@ fn demo(root: &Path) -> Result<String> {
         stdout_of(&mut command)?;
         summaries.push((format!("seed {seed}"), read_summary(&folder)?));
         fs::remove_dir_all(&folder).with_context(|| format!("cannot remove {out}"))?;
+    }
+    for words in &readme::LANGUAGES {
+        let file = root.join(words.file);
+        let page =
+            with_section(&fs::read_to_string(&file)?, "readme", &readme::section(words, &summaries[0].1))?;
+        fs::write(&file, page).with_context(|| format!("cannot write {}", file.display()))?;
     }
     Ok(table(&DEMO_ROWS, &summaries))
 }
