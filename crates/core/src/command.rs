@@ -2,7 +2,7 @@
 
 use crate::machine::State;
 use crate::publish::Fault;
-use crate::units::Pos;
+use crate::units::{InMm, Pos};
 use core::fmt;
 
 /// A request from any protocol. Positions are in the stage frame.
@@ -69,11 +69,11 @@ impl fmt::Display for Refusal {
             Self::InFault(fault) => write!(f, "the stage is in a fault ({fault}); reset first"),
             Self::OutOfTravel { axis, asked, low, high } => write!(
                 f,
-                "{} = {:.6} mm is outside the travel {:.6} … {:.6} mm",
+                "{} = {} mm is outside the travel {} … {} mm",
                 axis_name(*axis),
-                asked.mm(),
-                low.mm(),
-                high.mm()
+                InMm(*asked),
+                InMm(*low),
+                InMm(*high)
             ),
         }
     }

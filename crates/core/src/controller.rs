@@ -202,7 +202,8 @@ impl<const N: usize> Controller<N> {
         let mut fault = guard::judge_shared(inputs, expected, host_timeout);
         let (on, homing) = (self.state.is_on(), self.axes.iter().any(|axis| axis.homing.is_some()));
         for (number, axis) in self.axes.iter_mut().enumerate() {
-            let watch = Watch { set_point: axis.set_point, on, homing, homed: axis.homed };
+            let place = axis.stage_from_scale(axis.sensed.position);
+            let watch = Watch { set_point: axis.set_point, place, on, homing, homed: axis.homed };
             // Every guard runs every tick: they remember.
             fault = fault.or(axis.guard.judge(number, &axis.sensed, &watch, &axis.config.guard));
         }

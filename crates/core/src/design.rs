@@ -15,11 +15,11 @@ pub struct AxisSettings {
     pub count_um: f64,
     /// Travel of one step pulse, µm; 0.001 … 100.
     pub step_um: f64,
-    /// Lowest target, mm, stage frame.
+    /// Lowest target, mm, stage frame; −1000 … 1000.
     pub travel_low_mm: f64,
     /// Highest target, mm, stage frame.
     pub travel_high_mm: f64,
-    /// How far the reading may lie outside the travel before the stage brakes, mm.
+    /// How far the table may lie outside the travel before the stage brakes, mm.
     pub travel_margin_mm: f64,
     /// Largest speed, mm/s.
     pub speed_mm_s: f64,
@@ -39,13 +39,13 @@ pub struct AxisSettings {
     pub dead_band_um: f64,
     /// In-position window, ± µm.
     pub in_position_um: f64,
-    /// Largest following error, µm.
+    /// Largest following error, µm; at most 2000, where the servo stops looking.
     pub following_error_um: f64,
     /// Commanded travel without a single count that means a lost encoder, µm.
     pub encoder_lost_um: f64,
     /// Fast loss of steps against the encoder that means a stall, µm.
     pub stall_um: f64,
-    /// Illegal transitions within 256 ticks that are too many.
+    /// Illegal transitions that are allowed in a block of 256 ticks.
     pub illegal_transitions: u16,
     /// Homing: first approach, mm/s.
     pub home_fast_mm_s: f64,
@@ -209,15 +209,18 @@ impl<const N: usize> StageSettings<N> {
         ] {
             check(None, key, value, (0.0..=1e6).contains(&value), "0 … 1000000")?;
         }
+        let longer = self.settle_timeout_ms > self.dwell_ms;
+        check(None, "settle_timeout_ms", self.settle_timeout_ms, longer, "longer than dwell_ms")?;
         let ticks = |ms: f64| libm::ceil(ms * 1e-3 * self.tick_hz) as u32;
         for (number, axis) in self.axes.iter().enumerate() {
             axis.check(number)?;
+            axis.check_gains(number, self.tick_hz)?;
         }
         Ok(Config {
             axes: self.axes.map(|axis| axis.build(self.tick_hz)),
             tick_hz: self.tick_hz,
             dwell_ticks: ticks(self.dwell_ms),
-            settle_timeout_ticks: ticks(self.settle_timeout_ms).max(ticks(self.dwell_ms).saturating_add(1)),
+            settle_timeout_ticks: ticks(self.settle_timeout_ms),
             host_timeout_ticks: ticks(self.host_timeout_ms),
         })
     }
@@ -253,8 +256,37 @@ impl AxisSettings {
         check(axis, "feed_forward", self.feed_forward, share, "0 … 1")?;
         let index = (-1000.0..=1000.0).contains(&self.home_index_mm);
         check(axis, "home_index_mm", self.home_index_mm, index, "-1000 … 1000 mm")?;
+        let following = self.following_error_um <= 2000.0;
+        check(axis, "following_error_um", self.following_error_um, following, "at most 2000 µm")?;
+        for (key, value) in [("home_fast_mm_s", self.home_fast_mm_s), ("home_slow_mm_s", self.home_slow_mm_s)]
+        {
+            check(axis, key, value, value <= self.speed_mm_s, "at most speed_mm_s")?;
+        }
         let band = (0.0..self.in_position_um).contains(&self.dead_band_um);
         check(axis, "dead_band_um", self.dead_band_um, band, "0 or more, and below in_position_um")
+    }
+
+    /// A gain that the servo's integers cannot hold is refused, not clamped.
+    fn check_gains(&self, number: usize, tick_hz: f64) -> Result<(), DesignError> {
+        let [kp, ki, kd] = self.gains(tick_hz);
+        for (key, value, gain) in
+            [("kp_per_s", self.kp_per_s, kp), ("ki_per_s2", self.ki_per_s2, ki), ("kd", self.kd, kd)]
+        {
+            let accepted = "smaller: with this step_um and tick_hz the servo cannot hold it";
+            check(Some(number), key, value, gain <= f64::from(i32::MAX), accepted)?;
+        }
+        Ok(())
+    }
+
+    /// Kp, Ki, Kd as speeds of the servo per picometre.
+    fn gains(&self, tick_hz: f64) -> [f64; 3] {
+        let one = self.pulse_speed();
+        [self.kp_per_s * one / tick_hz, self.ki_per_s2 * one / (tick_hz * tick_hz), self.kd * one]
+    }
+
+    /// Speed in step pulses a tick, as the servo writes it, for one picometre a tick.
+    fn pulse_speed(&self) -> f64 {
+        libm::ldexp(1.0, SPEED_BITS as i32) / (self.step_um * crate::units::PM_PER_UM)
     }
 
     fn positive(&self) -> [(&'static str, f64); 16] {
@@ -324,7 +356,7 @@ impl AxisSettings {
     }
 
     fn homing(&self, tick_hz: f64) -> homing::Config {
-        let speed = |mm_s: f64| glide(mm_s.min(self.speed_mm_s) * crate::units::PM_PER_MM / tick_hz);
+        let speed = |mm_s: f64| glide(mm_s * crate::units::PM_PER_MM / tick_hz);
         homing::Config {
             fast: speed(self.home_fast_mm_s),
             slow: speed(self.home_slow_mm_s),
@@ -335,15 +367,14 @@ impl AxisSettings {
         }
     }
 
-    /// Speed in step pulses a tick for one picometre a tick, times a gain.
     fn servo(&self, tick_hz: f64) -> servo::Config {
-        let one = libm::ldexp(1.0, SPEED_BITS as i32) / (self.step_um * crate::units::PM_PER_UM);
-        let gain = |gain: f64| libm::round(gain * one).clamp(0.0, 2_147_483_647.0) as i32;
+        let one = self.pulse_speed();
+        let [kp, ki, kd] = self.gains(tick_hz).map(|gain| libm::round(gain) as i32);
         let fastest = 1.2 * self.speed_mm_s * crate::units::PM_PER_MM / tick_hz;
         servo::Config {
-            kp: gain(self.kp_per_s / tick_hz),
-            ki: gain(self.ki_per_s2 / (tick_hz * tick_hz)),
-            kd: gain(self.kd),
+            kp,
+            ki,
+            kd,
             feed_forward: libm::round(self.feed_forward * one) as i64,
             limit: libm::round(fastest * one) as i64,
             dead_band: Pos::from_um(self.dead_band_um),
@@ -371,16 +402,27 @@ fn glide(pm: f64) -> i64 {
 mod tests {
     use super::*;
 
+    type Spoil = fn(&mut StageSettings<2>);
+
     #[test]
     fn the_default_stage_builds_and_bad_settings_are_named() {
         let good = StageSettings::<2>::default();
         assert!(good.build().is_ok());
-        let mut bad = good;
-        bad.axes[1].jerk_mm_s3 = f64::NAN;
-        let error = bad.build().unwrap_err();
-        assert_eq!((error.axis, error.key), (Some(1), "jerk_mm_s3"));
-        let mut bad = good;
-        bad.tick_hz = -1.0;
-        assert_eq!(bad.build().unwrap_err().key, "tick_hz");
+        let cases: [(&str, Spoil); 8] = [
+            ("jerk_mm_s3", |s| s.axes[1].jerk_mm_s3 = f64::NAN),
+            ("tick_hz", |s| s.tick_hz = -1.0),
+            ("kp_per_s", |s| s.axes[0].kp_per_s = 30_000.0),
+            ("kd", |s| s.axes[0].kd = 3.0),
+            ("settle_timeout_ms", |s| s.settle_timeout_ms = 10.0),
+            ("home_fast_mm_s", |s| s.axes[0].home_fast_mm_s = 21.0),
+            ("following_error_um", |s| s.axes[0].following_error_um = 2500.0),
+            ("dead_band_um", |s| s.axes[0].dead_band_um = 0.5),
+        ];
+        for (key, spoil) in cases {
+            let mut bad = good;
+            spoil(&mut bad);
+            let error = bad.build().unwrap_err();
+            assert_eq!(error.key, key, "{error}");
+        }
     }
 }

@@ -10,21 +10,21 @@ use crate::units::Pos;
 /// Limits of one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Config {
-    /// Lowest reading in the scale frame while homed, outside of which the stage brakes.
+    /// Lowest place of the table while homed, stage frame, outside of which the stage brakes.
     pub low: Pos,
-    /// Highest reading in the scale frame while homed.
+    /// Highest place of the table while homed, stage frame.
     pub high: Pos,
     /// Largest distance between set-point and reading.
     pub following_error: Pos,
     /// Commanded travel during which the encoder stands still to the count, at which it is taken for lost.
     pub encoder_lost: Pos,
-    /// Loss of steps against the encoder, inside about 0.4 s, at which the motor is taken for stalled.
+    /// Loss of steps against the encoder, faster than about 4096 ticks, at which the motor is taken for stalled.
     pub stall: Pos,
     /// Travel of one step pulse, picometres.
     pub step_pm: i64,
     /// Travel of one count, picometres.
     pub count_pm: i64,
-    /// Illegal transitions in 256 ticks that the encoder may show.
+    /// Illegal transitions that the encoder may show in a block of 256 ticks.
     pub illegal_transitions: u16,
 }
 
@@ -33,6 +33,8 @@ pub struct Config {
 pub struct Watch {
     /// Set-point of the last tick, scale frame.
     pub set_point: Pos,
+    /// Where the table is now, stage frame.
+    pub place: Pos,
     /// The drive is on.
     pub on: bool,
     /// Switches and the zero are being looked for: travel limits do not hold yet.
@@ -105,7 +107,7 @@ impl Guard {
         Pos::from_pm(self.slip_pm).abs()
     }
 
-    /// Illegal transitions in the running window of 256 ticks.
+    /// Illegal transitions since the running block of 256 ticks began.
     fn count_illegal(&mut self, sensed: &Sensed) -> u16 {
         self.illegal = self.illegal.saturating_add(sensed.illegal);
         let count = self.illegal;
@@ -136,7 +138,7 @@ impl Guard {
         if sensed.limit_high {
             return at(End::High);
         }
-        let position = sensed.position;
+        let position = watch.place;
         let outside = position < config.low || position > config.high;
         (watch.homed && outside).then_some(Fault::SoftLimit { axis, position })
     }

@@ -2,7 +2,7 @@
 
 use crate::command::axis_name;
 use crate::machine::State;
-use crate::units::Pos;
+use crate::units::{InMm, InUm, Pos};
 use core::fmt;
 
 /// One end of an axis.
@@ -68,11 +68,11 @@ pub enum Fault {
         /// Which end.
         end: End,
     },
-    /// The reading left the travel.
+    /// The table left the travel.
     SoftLimit {
         /// Which axis.
         axis: usize,
-        /// The reading, scale frame.
+        /// Where it is, stage frame.
         position: Pos,
     },
     /// The reading is too far from the set-point.
@@ -91,7 +91,7 @@ pub enum Fault {
     EncoderIllegal {
         /// Which axis.
         axis: usize,
-        /// How many within 256 ticks.
+        /// How many within a block of 256 ticks.
         transitions: u16,
     },
     /// The motor lost steps.
@@ -124,10 +124,10 @@ impl fmt::Display for Fault {
             Self::DriveFault { axis } => write!(f, "{}: the power stage reports a fault", axis_name(axis)),
             Self::LimitSwitch { axis, end } => write!(f, "{}: {end} limit switch", axis_name(axis)),
             Self::SoftLimit { axis, position } => {
-                write!(f, "{}: the reading {:.4} mm is outside the travel", axis_name(axis), position.mm())
+                write!(f, "{}: the table at {} mm is outside the travel", axis_name(axis), InMm(position))
             }
             Self::FollowingError { axis, error } => {
-                write!(f, "{}: following error {:.1} µm", axis_name(axis), error.um())
+                write!(f, "{}: following error {} µm", axis_name(axis), InUm(error))
             }
             Self::EncoderLost { axis } => {
                 write!(f, "{}: the encoder does not move with the motor", axis_name(axis))

@@ -3,6 +3,7 @@
 //! Inside the tick a position is an integer number of picometres: whole nanometres would quantise the speed (one
 //! nanometre a tick is 10 µm/s at 10 kHz) and the subdivision of a fine grating.
 
+use core::fmt;
 use core::ops::{Add, Neg, Sub};
 
 /// Picometres in one millimetre.
@@ -53,6 +54,44 @@ impl Pos {
     pub const fn abs(self) -> Self {
         Self(self.0.saturating_abs())
     }
+}
+
+/// A position written in millimetres with six decimals: nanometres. In integers, because writing floats leaves panic
+/// paths in the standard library.
+#[derive(Clone, Copy, Debug)]
+pub struct InMm(pub Pos);
+
+/// A position written in micrometres with one decimal.
+#[derive(Clone, Copy, Debug)]
+pub struct InUm(pub Pos);
+
+impl fmt::Display for InMm {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_decimal(f, self.0, 1_000_000_000, 1_000)
+    }
+}
+
+impl fmt::Display for InUm {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write_decimal(f, self.0, 1_000_000, 100_000)
+    }
+}
+
+/// Writes `position` in `unit`s with decimals down to `least` (both powers of ten, picometres), cut, not rounded.
+fn write_decimal(f: &mut fmt::Formatter<'_>, position: Pos, unit: u64, least: u64) -> fmt::Result {
+    let size = position.0.unsigned_abs();
+    if position.0 < 0 {
+        f.write_str("-")?;
+    }
+    fmt::Display::fmt(&size.checked_div(unit).unwrap_or(0), f)?;
+    f.write_str(".")?;
+    let mut digit = unit;
+    while digit > least {
+        digit = digit.checked_div(10).unwrap_or(0);
+        let number = size.checked_div(digit).unwrap_or(0).checked_rem(10).unwrap_or(0) as u8;
+        fmt::Write::write_char(f, char::from(b'0'.saturating_add(number)))?;
+    }
+    Ok(())
 }
 
 impl Add for Pos {
@@ -124,6 +163,15 @@ mod tests {
         assert_eq!(far + Pos::from_pm(1), far);
         assert_eq!(-Pos::from_pm(i64::MIN), far);
         assert_eq!(Counts::new(i64::MAX) + Counts::new(1), Counts::new(i64::MAX));
+    }
+
+    #[test]
+    fn positions_write_themselves_without_floats() {
+        let text = |pm| (InMm(Pos::from_pm(pm)).to_string(), InUm(Pos::from_pm(pm)).to_string());
+        assert_eq!(text(100_001_000_000), ("100.001000".into(), "100001.0".into()));
+        assert_eq!(text(-1_500_000), ("-0.001500".into(), "-1.5".into()));
+        assert_eq!(text(0), ("0.000000".into(), "0.0".into()));
+        assert_eq!(text(999_999_999), ("0.999999".into(), "999.9".into()));
     }
 
     #[test]

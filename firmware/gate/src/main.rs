@@ -8,15 +8,20 @@
 #![no_std]
 #![no_main]
 
+use core::fmt::Write;
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
-use abbe_core::compensate::ErrorMap;
+use abbe_core::command::axis_name;
+use abbe_core::compensate::{ErrorMap, MapError};
 use abbe_core::design::StageSettings;
 use abbe_core::edge::StepRate;
+use abbe_core::front::quadrature::levels;
 use abbe_core::front::{QuadratureCounter, StepEmitter};
+use abbe_core::machine::{Event, State, transition};
 use abbe_core::plan::LinePlan;
-use abbe_core::{Command, Controller, Inputs, Pos, background};
+use abbe_core::publish::{End, Fault, HomingFailure};
+use abbe_core::{Command, Controller, Inputs, Pos, Refusal, background};
 
 /// Calls every public entry of `abbe-core` and `abbe-proto`.
 ///
@@ -29,6 +34,7 @@ fn every_public_entry() {
     stage::<3>();
     map();
     front();
+    words();
 }
 
 fn stage<const N: usize>() {
@@ -64,6 +70,31 @@ fn map() {
     black_box(map.error_at(black_box(Pos::ZERO)));
     black_box(map.stage_from_scale(black_box(Pos::ZERO)));
     black_box(map.scale_from_stage(black_box(Pos::ZERO)));
+}
+
+/// Everything that writes itself as text, into a place that takes all and keeps nothing.
+fn words() {
+    struct Nowhere;
+    impl Write for Nowhere {
+        fn write_str(&mut self, text: &str) -> core::fmt::Result {
+            black_box(text);
+            Ok(())
+        }
+    }
+    black_box(transition(black_box(State::Off), black_box(Event::Enable)));
+    black_box(axis_name(black_box(0)));
+    let _ = write!(
+        Nowhere,
+        "{}{}{}{}{}",
+        black_box(State::Off),
+        black_box(End::Low),
+        black_box(HomingFailure::SwitchStuck),
+        black_box(axis_name(0)),
+        black_box(levels(black_box(3)).0),
+    );
+    let _ = write!(Nowhere, "{}", black_box(Fault::EmergencyStop));
+    let _ = write!(Nowhere, "{}", black_box(Refusal::NotHomed));
+    let _ = write!(Nowhere, "{}", black_box(MapError::TooLarge(Pos::ZERO)));
 }
 
 fn front() {
