@@ -3,12 +3,16 @@
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
+/// Below the help.
+const STATUS: &str = "Exit status: 0 done, 1 the work failed, 2 wrong usage. \
+    Answers go to stdout, progress and errors to stderr.";
+
 /// An open controller for precision X-Y stages.
 ///
 /// Lengths are mm, speeds mm/s, overlaps %. There is no hardware behind it yet: everything runs on the twin, an honest
 /// simulation of a stage. Begin with `abbe demo`.
 #[derive(Debug, Parser)]
-#[command(name = "abbe", version, arg_required_else_help = true, max_term_width = 100)]
+#[command(name = "abbe", version, arg_required_else_help = true, max_term_width = 100, after_help = STATUS)]
 pub(crate) struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -20,7 +24,7 @@ pub(crate) struct Cli {
     #[arg(long, global = true, default_value = "microscope-100", value_name = "NAME|FILE")]
     pub(crate) preset: String,
     /// Seed of everything random in the twin. The same seed gives the same run.
-    #[arg(long, global = true, default_value_t = 1, value_name = "N")]
+    #[arg(long, global = true, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     pub(crate) seed: u64,
 }
 
@@ -92,7 +96,7 @@ pub(crate) struct Specimen {
     #[arg(long, value_name = "FILE")]
     pub(crate) specimen: Option<PathBuf>,
     /// Size of that picture's pixels on the table, µm.
-    #[arg(long, value_name = "UM", default_value_t = 1.0)]
+    #[arg(long, value_name = "UM", default_value_t = 1.0, value_parser = pixel, allow_hyphen_values = true)]
     pub(crate) specimen_pixel: f64,
 }
 
@@ -102,19 +106,18 @@ pub(crate) struct Home {
     #[command(flatten)]
     pub(crate) source: Source,
     /// Home so many times, each from a random place, and report every shift of the zero.
-    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000), allow_negative_numbers = true)]
     pub(crate) times: u32,
 }
 
 /// `abbe move X Y`.
 #[derive(Args, Debug)]
-#[command(allow_negative_numbers = true)]
 pub(crate) struct Move {
-    /// Target, mm.
-    #[arg(value_name = "X", value_parser = number)]
+    /// Target on the x axis, mm.
+    #[arg(value_name = "X", value_parser = place, allow_hyphen_values = true)]
     pub(crate) x: f64,
-    /// Target, mm.
-    #[arg(value_name = "Y", value_parser = number)]
+    /// Target on the y axis, mm.
+    #[arg(value_name = "Y", value_parser = place, allow_hyphen_values = true)]
     pub(crate) y: f64,
     #[command(flatten)]
     pub(crate) source: Source,
@@ -142,13 +145,13 @@ pub(crate) struct Measure {
     #[command(flatten)]
     pub(crate) source: Source,
     /// Runs in each direction; ISO 230-2 asks for five.
-    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=1000))]
+    #[arg(long, default_value_t = 5, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1000), allow_negative_numbers = true)]
     pub(crate) runs: u32,
     /// Distance of the targets, mm.
-    #[arg(long, default_value_t = 2.0, value_parser = number, value_name = "MM")]
+    #[arg(long, default_value_t = 2.0, value_parser = number, value_name = "MM", allow_hyphen_values = true)]
     pub(crate) step: f64,
     /// Time powered before the first run, min.
-    #[arg(long, default_value_t = 30.0, value_parser = number, value_name = "MIN")]
+    #[arg(long, default_value_t = 30.0, value_parser = minutes, value_name = "MIN", allow_hyphen_values = true)]
     pub(crate) warm_up: f64,
 }
 
@@ -162,7 +165,7 @@ pub(crate) struct Compensate {
     #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
     /// Highest degree to try.
-    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=20))]
+    #[arg(long, default_value_t = 16, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=20), allow_negative_numbers = true)]
     pub(crate) max_degree: u32,
     /// Replace a file that exists.
     #[arg(long)]
@@ -177,20 +180,20 @@ pub(crate) struct Verify {
     #[command(flatten)]
     pub(crate) out: Out,
     /// Runs in each direction; paper A made seven.
-    #[arg(long, default_value_t = 7, value_parser = clap::value_parser!(u32).range(2..=1000))]
+    #[arg(long, default_value_t = 7, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1000), allow_negative_numbers = true)]
     pub(crate) runs: u32,
     /// Number of random targets on each axis.
-    #[arg(long, default_value_t = 11, value_parser = clap::value_parser!(u32).range(2..=1000))]
+    #[arg(long, default_value_t = 11, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1000), allow_negative_numbers = true)]
     pub(crate) targets: u32,
     /// Time powered before the first run, min.
-    #[arg(long, default_value_t = 30.0, value_parser = number, value_name = "MIN")]
+    #[arg(long, default_value_t = 30.0, value_parser = minutes, value_name = "MIN", allow_hyphen_values = true)]
     pub(crate) warm_up: f64,
 }
 
 /// `abbe iso230 READINGS.csv`.
 #[derive(Args, Debug)]
 pub(crate) struct Iso230 {
-    /// Readings: header approach,target_mm,run1,run2,… and positions in mm.
+    /// Readings file: the header is `approach,target_mm,run1,run2,…`, cells are positions in mm.
     #[arg(value_name = "READINGS.csv")]
     pub(crate) readings: PathBuf,
 }
@@ -202,14 +205,14 @@ pub(crate) struct Scan {
     pub(crate) source: Source,
     #[command(flatten)]
     pub(crate) out: Out,
-    /// Area, mm; without it 1.6x1.2, or the size of the specimen's picture.
-    #[arg(long, value_name = "WxH", value_parser = pair)]
+    /// Width and height of the area, mm; without it 1.6x1.2, or the size of the specimen's picture.
+    #[arg(long, value_name = "WxH", value_parser = pair, allow_hyphen_values = true)]
     pub(crate) area: Option<[f64; 2]>,
     /// Middle of the area, mm.
     #[arg(long, value_name = "X,Y", default_value = "50,50", value_parser = pair, allow_hyphen_values = true)]
     pub(crate) centre: [f64; 2],
     /// Overlap of neighbouring tiles, %.
-    #[arg(long, default_value_t = 15.0, value_parser = number, value_name = "P", allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 15.0, value_parser = number, value_name = "P", allow_hyphen_values = true)]
     pub(crate) overlap: f64,
     #[command(flatten)]
     pub(crate) specimen: Specimen,
@@ -231,7 +234,7 @@ pub(crate) struct Stitch {
     #[arg(long)]
     pub(crate) force: bool,
     /// How far a tile may be from its nominal place, px.
-    #[arg(long, default_value_t = 40, value_name = "PX", value_parser = clap::value_parser!(u32).range(1..=2000))]
+    #[arg(long, default_value_t = 40, value_name = "PX", value_parser = clap::value_parser!(u32).range(1..=2000), allow_negative_numbers = true)]
     pub(crate) search: u32,
     /// Leave lens distortion as it is.
     #[arg(long)]
@@ -239,6 +242,33 @@ pub(crate) struct Stitch {
     /// Leave vignetting and exposure as they are.
     #[arg(long)]
     pub(crate) keep_shading: bool,
+}
+
+/// The most a stage could be asked to travel, mm: beyond, a unit was mistaken.
+const FARTHEST_MM: f64 = 1e6;
+/// Longest time to warm up, min: a week.
+const LONGEST_WARM_UP_MIN: f64 = 10_080.0;
+
+/// A place on an axis, mm.
+fn place(text: &str) -> Result<f64, String> {
+    let value = number(text)?;
+    let allowed = value.abs() <= FARTHEST_MM;
+    allowed.then_some(value).ok_or_else(|| format!("`{text}` mm is beyond ±{FARTHEST_MM} mm"))
+}
+
+/// A time to warm up, min.
+fn minutes(text: &str) -> Result<f64, String> {
+    let value = number(text)?;
+    let allowed = (0.0..=LONGEST_WARM_UP_MIN).contains(&value);
+    allowed
+        .then_some(value)
+        .ok_or_else(|| format!("`{text}` min is not within 0 … {LONGEST_WARM_UP_MIN} min"))
+}
+
+/// The size of a pixel, µm.
+fn pixel(text: &str) -> Result<f64, String> {
+    let value = number(text)?;
+    (value > 0.0).then_some(value).ok_or_else(|| format!("`{text}` µm is not more than 0"))
 }
 
 /// A finite number.

@@ -1,6 +1,8 @@
 //! How a command ends badly: one clear sentence and an exit status.
 
+use crate::output;
 use serde_json::json;
+use std::io::Write as _;
 
 /// A command that did not do its work.
 #[derive(Debug)]
@@ -17,6 +19,11 @@ impl Failure {
         Self::Usage(anyhow::anyhow!("{message}"))
     }
 
+    /// Work that failed.
+    pub(crate) fn work(message: impl std::fmt::Display) -> Self {
+        Self::Work(anyhow::anyhow!("{message}"))
+    }
+
     pub(crate) fn status(&self) -> u8 {
         match self {
             Self::Work(_) => 1,
@@ -26,17 +33,56 @@ impl Failure {
 
     /// The sentence to stderr; with `json` also as a document to stdout.
     pub(crate) fn print(&self, json: bool) {
-        let (Self::Usage(error) | Self::Work(error)) = self;
-        let sentence = format!("{error:#}");
+        let sentence = self.sentence();
+        // Where neither stream takes it, the exit status still tells.
         if json {
-            println!("{:#}", json!({ "error": sentence }));
+            _ = output::print(&format!("{:#}", json!({ "error": sentence })));
         }
-        eprintln!("abbe: {sentence}");
+        _ = writeln!(std::io::stderr(), "abbe: {sentence}");
     }
+
+    /// The error with those of its causes that it does not tell itself, on one line.
+    pub(crate) fn sentence(&self) -> String {
+        let (Self::Usage(error) | Self::Work(error)) = self;
+        let mut told = String::new();
+        for cause in error.chain().map(|cause| one_line(&cause.to_string())) {
+            if told.is_empty() {
+                told = cause;
+            } else if !told.contains(&cause) {
+                told = format!("{told}: {cause}");
+            }
+        }
+        told
+    }
+}
+
+/// Several lines as one; parsers like to draw pictures.
+pub(crate) fn one_line(text: &str) -> String {
+    text.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
 impl<E: Into<anyhow::Error>> From<E> for Failure {
     fn from(error: E) -> Self {
         Self::Work(error.into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, thiserror::Error)]
+    #[error("the lamp failed: {source}")]
+    struct Lamp {
+        source: std::io::Error,
+    }
+
+    #[test]
+    fn a_cause_is_told_once_and_on_one_line() {
+        let source = std::io::Error::other("no\n  light");
+        let failure = Failure::from(Lamp { source });
+        assert_eq!(failure.sentence(), "the lamp failed: no light");
+        let failure = Failure::Work(anyhow::anyhow!("no light").context("the lamp failed"));
+        assert_eq!(failure.sentence(), "the lamp failed: no light");
     }
 }

@@ -1,57 +1,117 @@
-//! Folders for results: never into somebody's files by accident.
+//! Places for results: never into somebody's files by accident, and nothing left behind by work that failed.
 
 use crate::failure::Failure;
+use crate::interrupt;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
-/// Makes `dir` ready to write into: new, empty, or anything with `force`.
-pub(crate) fn prepare(dir: &Path, force: bool) -> Result<(), Failure> {
+/// A folder that is ready to be written into.
+///
+/// Dropping it removes the folders that were made for it and have stayed empty.
+#[derive(Debug)]
+pub(crate) struct Ready {
+    /// The folder.
+    pub(crate) dir: PathBuf,
+    /// The topmost folder that was not there before.
+    made: Option<PathBuf>,
+}
+
+impl Drop for Ready {
+    fn drop(&mut self) {
+        if let Some(top) = &self.made {
+            remove_empty(top);
+        }
+    }
+}
+
+/// Removes a folder and those below it as far as they are empty.
+fn remove_empty(dir: &Path) {
+    for entry in fs::read_dir(dir).into_iter().flatten().flatten() {
+        if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            remove_empty(&entry.path());
+        }
+    }
+    // The system refuses to remove a folder with something in it.
+    _ = fs::remove_dir(dir);
+}
+
+/// Makes the folder `dir` that `option` names ready to write into: new, empty, or anything with `force`.
+pub(crate) fn prepare(option: &str, dir: &Path, force: bool) -> Result<Ready, Failure> {
     let shown = dir.display();
     if dir.exists() && !dir.is_dir() {
-        return Err(Failure::usage(format!("--out {shown}: this is a file, not a folder")));
+        return Err(Failure::usage(format!("{option} {shown}: this is a file, not a folder; name another")));
     }
     let occupied = fs::read_dir(dir).is_ok_and(|mut entries| entries.next().is_some());
     if occupied && !force {
         return Err(Failure::usage(format!(
-            "--out {shown}: the folder is not empty; name a new one or add --force"
+            "{option} {shown}: the folder is not empty; name a new one or add --force"
         )));
     }
-    fs::create_dir_all(dir).map_err(|error| cannot_write(dir, &error))?;
-    try_writing(dir)
+    make(dir)
+        .map_err(|error| Failure::work(format!("{option} {shown}: the folder cannot be written: {error}")))
 }
 
-/// A folder that cannot be written is found before the work, not after it.
-fn try_writing(dir: &Path) -> Result<(), Failure> {
-    let probe = dir.join(format!(".abbe-probe-{}", std::process::id()));
-    fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe)).map_err(|error| cannot_write(dir, &error))
+/// Makes the place of a file that `--out` names ready: it must be new without `force`, its folder is made if need be.
+pub(crate) fn prepare_file(file: &Path, force: bool) -> Result<Ready, Failure> {
+    keep_file(file, force)?;
+    let dir = match file.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    make(dir).map_err(|error| {
+        Failure::work(format!(
+            "--out {}: the folder {} cannot be written: {error}",
+            file.display(),
+            dir.display()
+        ))
+    })
 }
 
-fn cannot_write(dir: &Path, error: &std::io::Error) -> Failure {
-    Failure::Work(anyhow::anyhow!("--out {}: the folder cannot be written: {error}", dir.display()))
-}
-
-/// Makes a new folder `abbe-demo-N` here, with the lowest N that is free.
-pub(crate) fn next_demo() -> Result<PathBuf, Failure> {
-    for number in 1..100_000 {
-        let dir = PathBuf::from(format!("abbe-demo-{number}"));
-        match fs::create_dir(&dir) {
-            Ok(()) => return Ok(dir),
-            Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {}
-            Err(error) => return Err(cannot_write(&dir, &error)),
-        }
-    }
-    Err(Failure::Work(anyhow::anyhow!("there are 99999 folders abbe-demo-N here; use --out")))
-}
-
-/// Refuses to replace a file without `force`.
+/// Refuses a file that exists without `force`, and a folder always.
 pub(crate) fn keep_file(file: &Path, force: bool) -> Result<(), Failure> {
+    let shown = file.display();
+    if file.is_dir() || file.file_name().is_none() {
+        return Err(Failure::usage(format!("--out {shown}: this is a folder, not a file; name a file")));
+    }
     if file.exists() && !force {
         return Err(Failure::usage(format!(
-            "--out {}: the file exists; add --force to replace it",
-            file.display()
+            "{shown}: the file exists; choose another --out or add --force to replace it"
         )));
     }
     Ok(())
+}
+
+/// Makes a folder with those above it. One that cannot be written is found before the work, not after it.
+fn make(dir: &Path) -> io::Result<Ready> {
+    let made = dir.ancestors().take_while(|above| !above.as_os_str().is_empty() && !above.exists()).last();
+    let ready = Ready { dir: dir.to_path_buf(), made: made.map(Path::to_path_buf) };
+    fs::create_dir_all(dir)?;
+    interrupt::results_go_to(dir);
+    let probe = dir.join(format!(".abbe.{}.part", std::process::id()));
+    fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe))?;
+    Ok(ready)
+}
+
+/// Makes a new folder `abbe-demo-N` here, with the lowest N that is free.
+pub(crate) fn next_demo() -> Result<Ready, Failure> {
+    for number in 1..100_000 {
+        let dir = PathBuf::from(format!("abbe-demo-{number}"));
+        match fs::create_dir(&dir) {
+            Ok(()) => {
+                interrupt::results_go_to(&dir);
+                return Ok(Ready { made: Some(dir.clone()), dir });
+            }
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+            Err(error) => {
+                return Err(Failure::work(format!(
+                    "a folder {} cannot be made here: {error}; use --out DIR",
+                    dir.display()
+                )));
+            }
+        }
+    }
+    Err(Failure::work("there are 99999 folders abbe-demo-N here; use --out DIR"))
 }
 
 /// Writes a file beside its place and renames it: it appears whole or not at all.
@@ -63,7 +123,7 @@ pub(crate) fn write_whole(file: &Path, bytes: &[u8]) -> Result<(), Failure> {
     ));
     fs::write(&beside, bytes).and_then(|()| fs::rename(&beside, file)).map_err(|error| {
         _ = fs::remove_file(&beside);
-        Failure::Work(anyhow::anyhow!("{}: the file cannot be written: {error}", file.display()))
+        Failure::work(format!("{}: the file cannot be written: {error}", file.display()))
     })
 }
 
@@ -74,11 +134,27 @@ mod tests {
     #[test]
     fn a_folder_with_something_in_it_is_refused_without_force() {
         let dir = tempfile::tempdir().unwrap();
-        prepare(dir.path(), false).unwrap();
+        prepare("--out", dir.path(), false).unwrap();
         fs::write(dir.path().join("mine"), b"1").unwrap();
-        assert_eq!(prepare(dir.path(), false).unwrap_err().status(), 2);
-        prepare(dir.path(), true).unwrap();
+        assert_eq!(prepare("--out", dir.path(), false).unwrap_err().status(), 2);
+        prepare("--out", dir.path(), true).unwrap();
         assert_eq!(fs::read(dir.path().join("mine")).unwrap(), b"1");
+    }
+
+    #[test]
+    fn folders_made_for_nothing_go_and_others_stay() {
+        let dir = tempfile::tempdir().unwrap();
+        let theirs = dir.path().join("theirs");
+        fs::create_dir(&theirs).unwrap();
+        let ready = prepare("--out", &theirs.join("a/b"), false).unwrap();
+        fs::create_dir(ready.dir.join("c")).unwrap();
+        drop(ready);
+        assert!(theirs.exists() && !theirs.join("a").exists());
+
+        let ready = prepare("--out", &theirs.join("a/b"), false).unwrap();
+        fs::write(ready.dir.join("result"), b"1").unwrap();
+        drop(ready);
+        assert!(theirs.join("a/b/result").exists());
     }
 
     #[test]

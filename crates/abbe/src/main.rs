@@ -9,26 +9,38 @@ mod failure;
 mod folder;
 mod interrupt;
 mod optics;
+mod output;
 mod preset;
 mod progress;
 mod rig;
+mod usage;
 
-use clap::Parser;
+use commands::Answer;
+use failure::Failure;
+use std::ffi::OsString;
 use std::process::ExitCode;
+use usage::Typed;
 
 fn main() -> ExitCode {
-    let cli = cli::Cli::parse();
-    if let Err(error) = interrupt::watch() {
-        eprintln!("abbe: Ctrl-C cannot be watched for: {error}");
-    }
-    match commands::run(&cli) {
-        Ok(answer) => {
-            answer.print(cli.json);
-            ExitCode::SUCCESS
-        }
+    let arguments: Vec<OsString> = std::env::args_os().collect();
+    let json = usage::wants_json(&arguments);
+    match answer(&arguments, json).and_then(|answer| answer.print(json)) {
+        Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            failure.print(cli.json);
+            failure.print(json);
             ExitCode::from(failure.status())
+        }
+    }
+}
+
+fn answer(arguments: &[OsString], json: bool) -> Result<Answer, Failure> {
+    match usage::read(arguments)? {
+        Typed::Help(text) => Ok(Answer { json: serde_json::json!({ "help": text }), text }),
+        Typed::Wish(cli) => {
+            if let Err(error) = interrupt::watch(json) {
+                progress::note(&format!("note: Ctrl-C cannot be watched for: {error}"));
+            }
+            commands::run(&cli)
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Presets: `[controller]` is read here, `[plant]` only by the twin.
 
-use crate::failure::Failure;
+use crate::failure::{Failure, one_line};
 use abbe_core::design::{AxisSettings, Config, StageSettings};
 use abbe_mosaic::scan::Sense;
 use abbe_twin::Plant;
@@ -124,7 +124,7 @@ axis_file!(
 /// Loads a built-in preset or a file.
 pub(crate) fn load(name_or_file: &str) -> Result<Preset, Failure> {
     if let Some((name, text)) = BUILT_IN.iter().find(|(name, _)| *name == name_or_file) {
-        return Ok(read(name, name, text)?);
+        return read(name, name, text).map_err(|error| told(&error));
     }
     let path = Path::new(name_or_file);
     if !path.exists() {
@@ -133,7 +133,13 @@ pub(crate) fn load(name_or_file: &str) -> Result<Preset, Failure> {
     let text = std::fs::read_to_string(path)
         .map_err(|error| anyhow::anyhow!("{name_or_file}: the preset cannot be read: {error}"))?;
     let name = path.file_stem().map_or_else(|| name_or_file.into(), |stem| stem.to_string_lossy());
-    Ok(read(&name, name_or_file, &text)?)
+    read(&name, name_or_file, &text).map_err(|error| told(&error))
+}
+
+/// A fault in the same form as that of any other file: file, line, what is wrong.
+fn told(error: &PresetError) -> Failure {
+    let line = error.line.map(|line| format!(", line {line}")).unwrap_or_default();
+    Failure::work(format!("{}{line}: {}", error.file, one_line(&error.message)))
 }
 
 fn unknown(name: &str) -> Failure {
@@ -143,16 +149,50 @@ fn unknown(name: &str) -> Failure {
         .max_by(|a, b| strsim::jaro_winkler(name, a).total_cmp(&strsim::jaro_winkler(name, b)))
         .unwrap_or_default();
     Failure::usage(format!(
-        "--preset {name}: no such preset and no such file; the nearest preset is `{nearest}`"
+        "--preset {name}: there is no such preset and no such file; the nearest preset is `{nearest}`"
     ))
 }
 
 /// Reads both halves of a preset.
 fn read(name: &str, file: &str, text: &str) -> Result<Preset, PresetError> {
-    Ok(Preset {
-        name: name.to_owned(),
-        controller: read_controller(file, text)?,
-        plant: Plant::read(file, text)?,
+    let both = || {
+        let controller = read_controller(file, text)?;
+        Ok(Preset { name: name.to_owned(), controller, plant: Plant::read(file, text)? })
+    };
+    let preset = both().map_err(|error| in_plain_words(error, text))?;
+    preset.plant.camera.check().map_err(|error| {
+        let line = abbe_twin::plant::line_of(text, "[plant.camera]", error.key);
+        PresetError { file: file.to_owned(), line, message: error.to_string() }
+    })?;
+    match toml::from_str(text).ok().and_then(|whole| not_finite(&whole, "")) {
+        Some((table, key)) => {
+            let line = abbe_twin::plant::line_of(text, &format!("[{table}]"), &key);
+            let message = format!("`{key}` in [{table}] is not a finite number");
+            Err(PresetError { file: file.to_owned(), line, message })
+        }
+        None => Ok(preset),
+    }
+}
+
+/// The parser speaks of fields where the file has keys, and does not name the key whose value it cannot take.
+fn in_plain_words(mut error: PresetError, text: &str) -> PresetError {
+    error.message = error.message.replace("missing field `", "missing key `");
+    if error.message.starts_with("invalid ") {
+        let line = error.line.and_then(|line| text.lines().nth(line - 1));
+        if let Some((key, _)) = line.and_then(|line| line.split_once('=')) {
+            error.message = format!("`{}`: {}", key.trim(), error.message);
+        }
+    }
+    error
+}
+
+/// Table and key of the first number that is NaN or infinite.
+fn not_finite(table: &toml::Table, name: &str) -> Option<(String, String)> {
+    table.iter().find_map(|(key, value)| match value {
+        toml::Value::Float(number) if !number.is_finite() => Some((name.to_owned(), key.clone())),
+        toml::Value::Table(below) if name.is_empty() => not_finite(below, key),
+        toml::Value::Table(below) => not_finite(below, &format!("{name}.{key}")),
+        _ => None,
     })
 }
 
@@ -226,6 +266,8 @@ mod tests {
 
     fn changed(value: &toml::Value) -> toml::Value {
         match value {
+            // No camera sees more than all light.
+            toml::Value::Float(v) if *v > 0.9 && *v < 1.0 => toml::Value::Float(v - 0.01),
             toml::Value::Float(v) => toml::Value::Float(v * 1.25 + 0.01),
             toml::Value::Integer(v) => toml::Value::Integer(if *v == 1 { -1 } else { v - 1 }),
             toml::Value::Boolean(v) => toml::Value::Boolean(!v),

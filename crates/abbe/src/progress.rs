@@ -1,14 +1,14 @@
 //! Progress to stderr: a bar where somebody watches, a line where nobody does.
 
 use indicatif::{ProgressBar, ProgressStyle};
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write as _};
 use std::time::Duration;
 
 /// A bar over `total` parts called `name`.
 pub(crate) fn bar(name: &str, total: usize) -> ProgressBar {
     let watched = std::io::stderr().is_terminal();
     if !watched {
-        eprintln!("{name} …");
+        note(&format!("{name} …"));
         return ProgressBar::hidden();
     }
     let style = ProgressStyle::with_template("{msg:28} {bar:32} {pos}/{len} {eta:>4}")
@@ -18,7 +18,7 @@ pub(crate) fn bar(name: &str, total: usize) -> ProgressBar {
     bar
 }
 
-/// A line that stays.
+/// A line that stays. Work goes on where stderr takes none.
 pub(crate) fn note(text: &str) {
-    eprintln!("{text}");
+    _ = writeln!(std::io::stderr(), "{text}");
 }

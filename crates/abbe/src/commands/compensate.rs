@@ -19,29 +19,30 @@ pub(super) fn fit(readings: &Readings, max_degree: usize) -> Result<Fit, Failure
 }
 
 pub(crate) fn run(preset: &Preset, asked: &Compensate) -> Result<Answer, Failure> {
-    folder::keep_file(&asked.out, asked.force)?;
+    let given = axes_of(&asked.readings)?;
+    let _folder = folder::prepare_file(&asked.out, asked.force)?;
     let mut compensation = Compensation { date: today(), preset: preset.name.clone(), x: None, y: None };
-    let (mut text, mut json) = (String::new(), Map::new());
-    for given in &asked.readings {
-        let (axis, file) = axis_of(given)?;
+    let (mut text, mut json, mut notes) = (String::new(), Map::new(), Vec::new());
+    for (axis, file) in given {
         let readings = Readings::read(&file)?;
-        for note in readings.notes() {
-            crate::progress::note(&format!("{}: {note}", file.display()));
-        }
-        let fitted = fit(&readings, asked.max_degree as usize)?;
+        notes.extend(readings.notes().iter().map(|note| format!("{}: {note}", file.display())));
+        let unfit = |error: String| Failure::work(format!("{}: {error}", file.display()));
+        let fitted =
+            fit(&readings, asked.max_degree as usize).map_err(|failure| unfit(failure.sentence()))?;
+        let of_axis = of_axis(&fitted, &readings).map_err(|failure| unfit(failure.sentence()))?;
         _ = writeln!(text, "{axis}: {}", sentence(&fitted));
         json.insert(axis.to_string(), document(&fitted));
-        let place = match axis {
-            Axis::X => &mut compensation.x,
-            Axis::Y => &mut compensation.y,
-        };
-        if place.is_some() {
-            return Err(Failure::usage(format!("{given}: the {axis} axis has been given already")));
+        match axis {
+            Axis::X => compensation.x = Some(of_axis),
+            Axis::Y => compensation.y = Some(of_axis),
         }
-        *place = Some(of_axis(&fitted, &readings)?);
     }
     compensation.write(&asked.out)?;
     _ = writeln!(text, "→ {}", asked.out.display());
+    for note in &notes {
+        _ = writeln!(text, "note: {note}");
+    }
+    json.insert("notes".into(), json!(notes));
     json.insert("file".into(), json!(asked.out));
     Ok(Answer { text, json: Value::Object(json) })
 }
@@ -54,6 +55,22 @@ fn of_axis(fitted: &Fit, readings: &Readings) -> Result<AxisCompensation, Failur
         warm_up_s: None,
     };
     Ok(AxisCompensation::from_fit(fitted, circumstances)?)
+}
+
+/// Axis and file of everything that was given; no axis twice.
+fn axes_of(given: &[String]) -> Result<Vec<(Axis, PathBuf)>, Failure> {
+    let mut axes: Vec<(Axis, PathBuf)> = Vec::new();
+    for name in given {
+        let (axis, file) = axis_of(name)?;
+        if let Some((_, first)) = axes.iter().find(|(known, _)| *known == axis) {
+            return Err(Failure::usage(format!(
+                "{name}: the {axis} axis has been given already by {}; name each axis once",
+                first.display()
+            )));
+        }
+        axes.push((axis, file));
+    }
+    Ok(axes)
 }
 
 /// The axis and the file of `readings-x.csv` or `x=FILE`.
@@ -70,7 +87,7 @@ fn axis_of(given: &str) -> Result<(Axis, PathBuf), Failure> {
         Some("y") => Axis::Y,
         _ => {
             return Err(Failure::usage(format!(
-                "{given}: which axis? the name should end in -x or -y; or write x={given}"
+                "{given}: the axis is not clear; let the name end in -x or -y, or write x={given} or y={given}"
             )));
         }
     };

@@ -53,18 +53,16 @@ pub(super) struct Found {
 pub(crate) fn run(preset: &Preset, seed: u64, asked: &Demo) -> Result<Answer, Failure> {
     let began = Instant::now();
     let sight = scan::sight(&asked.specimen, seed, CENTRE_MM)?;
-    let dir = match &asked.out {
-        Some(dir) => {
-            folder::prepare(dir, asked.force)?;
-            dir.clone()
-        }
+    let folder = match &asked.out {
+        Some(dir) => folder::prepare("--out", dir, asked.force)?,
         None => folder::next_demo()?,
     };
-    let found = work(preset, seed, (!asked.no_scan).then_some(sight), &dir)?;
-    let summary = demo_report::summary(preset, seed, &dir, &found, began.elapsed().as_secs_f64());
+    let dir = &folder.dir;
+    let found = work(preset, seed, (!asked.no_scan).then_some(sight), dir)?;
+    let summary = demo_report::summary(preset, seed, dir, &found, began.elapsed().as_secs_f64());
     demo_report::page(preset, seed, &found).write(&dir.join("report.html"))?;
     folder::write_whole(&dir.join("summary.json"), format!("{summary:#}\n").as_bytes())?;
-    Ok(Answer { text: demo_report::text(&dir, &found, began.elapsed().as_secs_f64()), json: summary })
+    Ok(Answer { text: demo_report::text(dir, &found, began.elapsed().as_secs_f64()), json: summary })
 }
 
 fn work(preset: &Preset, seed: u64, sight: Option<Sight>, dir: &Path) -> Result<Found, Failure> {

@@ -1,22 +1,25 @@
 //! `abbe home`.
 
-use super::{Answer, one_shot};
+use super::{Answer, Wanted};
 use crate::cli::Home;
 use crate::failure::Failure;
 use crate::preset::Preset;
 use crate::progress;
 use crate::rig::Rig;
+use abbe_core::Pos;
 use abbe_core::publish::HomeReport;
 use abbe_twin::noise::Noise;
+use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
 pub(crate) fn run(preset: &Preset, seed: u64, asked: &Home) -> Result<Answer, Failure> {
-    let mut rig = one_shot(preset, seed, &asked.source)?;
+    let mut rig = Wanted::new(preset, seed, &asked.source)?.homed()?;
     let mut homings = vec![reports(&rig)];
     let mut places = Noise::new(seed, "places to home from");
-    let bar = progress::bar("homing", asked.times as usize);
-    for _ in 1..asked.times {
+    let again = asked.times - 1;
+    let bar = if again > 0 { progress::bar("homing again", again as usize) } else { ProgressBar::hidden() };
+    for _ in 0..again {
         bar.inc(1);
         let travel = rig.controller.config().axes.map(|axis| [axis.low.mm(), axis.high.mm()]);
         rig.move_to(travel.map(|[low, high]| places.uniform(low, high)))?;
@@ -68,8 +71,8 @@ fn document(rig: &Rig, homings: &[[HomeReport; 2]]) -> Value {
                 let report = both[axis];
                 json!({
                     "switch_mm": report.switch.mm(),
-                    "zero_shift_um": report.zero_shift.map(|shift| shift.um()),
-                    "switch_shift_um": report.switch_shift.map(|shift| shift.um()),
+                    "zero_shift_um": report.zero_shift.map(Pos::um),
+                    "switch_shift_um": report.switch_shift.map(Pos::um),
                 })
             })
             .collect();

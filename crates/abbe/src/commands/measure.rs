@@ -1,6 +1,6 @@
 //! `abbe measure`: interferometer runs, and what `demo` and `verify` share with it.
 
-use super::{Answer, one_shot};
+use super::{Answer, Wanted};
 use crate::bench::{BenchInterferometer, BenchStage, BenchThermometer, Reading, Shared};
 use crate::cli::{AxisChoice, Measure};
 use crate::failure::Failure;
@@ -14,6 +14,7 @@ use abbe_metrology::report::{self, TemperatureLog};
 use abbe_metrology::targets;
 use serde_json::json;
 use std::cell::RefCell;
+use std::fmt::Write as _;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::rc::Rc;
@@ -45,14 +46,16 @@ pub(super) struct Measured {
 /// Targets `step_mm` apart over the travel of an axis.
 pub(super) fn even_targets(preset: &Preset, axis: Axis, step_mm: f64) -> Result<Vec<f64>, Failure> {
     let [low, high] = travel(preset, axis);
-    targets::even(low + END_MM, high - END_MM, step_mm).map_err(Failure::usage)
+    targets::even(low + END_MM, high - END_MM, step_mm)
+        .map_err(|error| Failure::usage(format!("--step, axis {axis}: {error}")))
 }
 
 /// Random targets over the travel of an axis, as ISO 230-2 wants them.
 pub(super) fn new_targets(preset: &Preset, axis: Axis, count: usize, seed: u64) -> Result<Vec<f64>, Failure> {
     let [low, high] = travel(preset, axis);
     let seed = seed.wrapping_mul(2).wrapping_add(axis.index() as u64);
-    targets::iso230(low + END_MM, high - END_MM, count, seed).map_err(Failure::usage)
+    targets::iso230(low + END_MM, high - END_MM, count, seed)
+        .map_err(|error| Failure::usage(format!("--targets, axis {axis}: {error}")))
 }
 
 fn travel(preset: &Preset, axis: Axis) -> [f64; 2] {
@@ -108,9 +111,11 @@ pub(super) fn measure_axis(rig: &Shared, preset: &Preset, job: Job, name: &str) 
 
 /// Lets the stage stand, powered, for `minutes` of its own time: motors and structure reach their warmth.
 pub(super) fn warm_up(rig: &Shared, minutes: f64) -> Result<(), Failure> {
-    let whole = minutes.max(0.0);
-    let bar = progress::bar(&format!("warming up for {whole} min"), whole.ceil() as usize);
-    let mut left = whole;
+    if minutes <= 0.0 {
+        return Ok(());
+    }
+    let bar = progress::bar(&format!("warming up for {minutes} min"), minutes.ceil() as usize);
+    let mut left = minutes;
     while left > 0.0 {
         rig.borrow_mut().wait(left.min(1.0) * 60.0)?;
         left -= 1.0;
@@ -146,9 +151,9 @@ pub(crate) fn run(preset: &Preset, seed: u64, asked: &Measure) -> Result<Answer,
             Ok(Job { axis, targets_mm, runs: asked.runs as usize, set_up: 1 })
         })
         .collect::<Result<Vec<Job>, Failure>>()?;
-    super::need_stage(&asked.source)?;
-    folder::prepare(&asked.out.out, asked.out.force)?;
-    let rig = Rc::new(RefCell::new(one_shot(preset, seed, &asked.source)?));
+    let wanted = Wanted::new(preset, seed, &asked.source)?;
+    let _folder = folder::prepare("--out", &asked.out.out, asked.out.force)?;
+    let rig = Rc::new(RefCell::new(wanted.homed()?));
     warm_up(&rig, asked.warm_up)?;
     let (mut text, mut files) = (String::new(), Vec::new());
     for job in jobs {
@@ -157,8 +162,9 @@ pub(crate) fn run(preset: &Preset, seed: u64, asked: &Measure) -> Result<Answer,
         write_readings(&asked.out.out, &measured.measurement)?;
         let file = asked.out.out.join(format!("readings-{axis}.csv"));
         let readings = &measured.measurement.readings;
-        text += &format!(
-            "{axis}: {} readings at {} targets, {} runs each way → {}\n",
+        _ = writeln!(
+            text,
+            "{axis}: {} readings at {} targets, {} runs each way → {}",
             readings.count(),
             readings.targets_mm().len(),
             readings.runs(),

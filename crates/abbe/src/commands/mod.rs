@@ -13,11 +13,13 @@ mod verify;
 
 use crate::cli::{Cli, Command, Source};
 use crate::failure::Failure;
+use crate::output;
 use crate::preset::{self, Preset};
 use crate::progress;
 use crate::rig::Rig;
 use abbe_metrology::compensation::Compensation;
 use serde_json::Value;
+use std::path::Path;
 
 /// What a command found: words for people, a document for programs.
 pub(crate) struct Answer {
@@ -26,60 +28,75 @@ pub(crate) struct Answer {
 }
 
 impl Answer {
-    pub(crate) fn print(&self, json: bool) {
-        if json {
-            println!("{:#}", self.json);
-        } else {
-            println!("{}", self.text.trim_end());
-        }
+    pub(crate) fn print(&self, json: bool) -> Result<(), Failure> {
+        let printed =
+            if json { output::print(&format!("{:#}", self.json)) } else { output::print(&self.text) };
+        printed.map_err(|error| Failure::work(format!("the answer cannot be printed: {error}")))
     }
 }
 
 /// Runs the command that was asked for.
 pub(crate) fn run(cli: &Cli) -> Result<Answer, Failure> {
+    // Read even where no stage is needed: a wrong --preset is never passed over.
+    let preset = preset::load(&cli.preset)?;
     match &cli.command {
-        Command::Demo(asked) => demo::run(&preset(cli)?, cli.seed, asked),
-        Command::Home(asked) => home::run(&preset(cli)?, cli.seed, asked),
-        Command::Move(asked) => movement::run(&preset(cli)?, cli.seed, asked),
-        Command::Measure(asked) => measure::run(&preset(cli)?, cli.seed, asked),
-        Command::Compensate(asked) => compensate::run(&preset(cli)?, asked),
-        Command::Verify(asked) => verify::run(&preset(cli)?, cli.seed, asked),
+        Command::Demo(asked) => demo::run(&preset, cli.seed, asked),
+        Command::Home(asked) => home::run(&preset, cli.seed, asked),
+        Command::Move(asked) => movement::run(&preset, cli.seed, asked),
+        Command::Measure(asked) => measure::run(&preset, cli.seed, asked),
+        Command::Compensate(asked) => compensate::run(&preset, asked),
+        Command::Verify(asked) => verify::run(&preset, cli.seed, asked),
         Command::Iso230(asked) => iso230::run(asked),
-        Command::Scan(asked) => scan::run(&preset(cli)?, cli.seed, asked),
+        Command::Scan(asked) => scan::run(&preset, cli.seed, asked),
         Command::Stitch(asked) => stitch::run(asked),
     }
 }
 
-fn preset(cli: &Cli) -> Result<Preset, Failure> {
-    preset::load(&cli.preset)
+/// A stage that somebody asked for, before it is powered on.
+struct Wanted<'a> {
+    preset: &'a Preset,
+    seed: u64,
+    compensation: Option<Compensation>,
 }
 
-/// The compensation that `source` names, read before anything moves.
-fn compensation(source: &Source) -> Result<Option<Compensation>, Failure> {
-    source.compensation.as_deref().map(|file| Compensation::read(file).map_err(Failure::from)).transpose()
-}
-
-/// A twin of its own: powered on, homed, compensated.
-fn one_shot(preset: &Preset, seed: u64, source: &Source) -> Result<Rig, Failure> {
-    need_stage(source)?;
-    let compensation = compensation(source)?;
-    let mut rig = Rig::new(preset, seed);
-    progress::note("homing …");
-    rig.home()?;
-    if let Some(compensation) = &compensation {
-        rig.compensate(compensation)?;
+impl<'a> Wanted<'a> {
+    /// Looks at all that `source` says, so that what is wrong with it is told before anything moves or is written.
+    fn new(preset: &'a Preset, seed: u64, source: &Source) -> Result<Self, Failure> {
+        if !source.twin {
+            return Err(Failure::work(
+                "there is no stage: no daemon is running (`abbe serve`) and --twin was not given; \
+                 add --twin for a simulated stage",
+            ));
+        }
+        let compensation =
+            source.compensation.as_deref().map(|file| compensation(file, preset)).transpose()?;
+        Ok(Self { preset, seed, compensation })
     }
-    Ok(rig)
+
+    /// A twin of its own: powered on, homed, compensated.
+    fn homed(&self) -> Result<Rig, Failure> {
+        let mut rig = Rig::new(self.preset, self.seed);
+        progress::note("homing …");
+        rig.home()?;
+        if let Some(compensation) = &self.compensation {
+            rig.compensate(compensation)?;
+        }
+        Ok(rig)
+    }
 }
 
-/// There is no stage unless somebody names one.
-fn need_stage(source: &Source) -> Result<(), Failure> {
-    if source.twin {
-        return Ok(());
+/// Reads a compensation; that of another stage is refused, it would make things worse without a word.
+fn compensation(file: &Path, preset: &Preset) -> Result<Compensation, Failure> {
+    let compensation = Compensation::read(file)?;
+    if compensation.preset != preset.name {
+        return Err(Failure::work(format!(
+            "{}: measured on the preset `{}`, but this stage is `{}`; measure this one or name the other with --preset",
+            file.display(),
+            compensation.preset,
+            preset.name
+        )));
     }
-    Err(Failure::Work(anyhow::anyhow!(
-        "no stage: no daemon (`abbe serve`) is running, and --twin was not given for a twin of its own"
-    )))
+    Ok(compensation)
 }
 
 /// Today, as a certificate states it (UTC).

@@ -1,13 +1,13 @@
 //! `abbe move X Y`.
 
-use super::{Answer, one_shot};
+use super::{Answer, Wanted};
 use crate::cli::Move;
 use crate::failure::Failure;
 use crate::preset::Preset;
 use serde_json::json;
 
 pub(crate) fn run(preset: &Preset, seed: u64, asked: &Move) -> Result<Answer, Failure> {
-    let mut rig = one_shot(preset, seed, &asked.source)?;
+    let mut rig = Wanted::new(preset, seed, &asked.source)?.homed()?;
     let arrival = rig.move_to([asked.x, asked.y])?;
     let [x, y] = arrival.position_mm;
     let [error_x, error_y] = rig.status().axes.map(|axis| axis.following_error.um());

@@ -1,6 +1,6 @@
 //! `abbe scan`.
 
-use super::{Answer, need_stage, one_shot};
+use super::{Answer, Wanted};
 use crate::bench::Shared;
 use crate::cli::{Scan, Specimen};
 use crate::failure::Failure;
@@ -25,12 +25,6 @@ pub(super) const TRUE_PLACES: &str = "TileConfiguration.true.txt";
 
 /// What to look at.
 pub(super) fn sight(asked: &Specimen, seed: u64, centre_mm: [f64; 2]) -> Result<Sight, Failure> {
-    if asked.specimen_pixel <= 0.0 || !asked.specimen_pixel.is_finite() {
-        return Err(Failure::usage(format!(
-            "--specimen-pixel {}: it must be more than 0",
-            asked.specimen_pixel
-        )));
-    }
     match &asked.specimen {
         Some(file) => Sight::picture(file, asked.specimen_pixel, centre_mm),
         None => Ok(Sight::tissue(seed)),
@@ -54,7 +48,8 @@ pub(super) fn fields(
             let (low, high) = (settings.travel_low_mm, settings.travel_high_mm);
             if !(low..=high).contains(&place) {
                 return Err(Failure::usage(format!(
-                    "the area reaches {} = {place:.3} mm, outside the travel {low} … {high} mm",
+                    "the area reaches {} = {place:.3} mm, outside the travel {low} … {high} mm; \
+                     choose another --area or --centre",
                     ["x", "y"][axis]
                 )));
             }
@@ -101,12 +96,11 @@ pub(crate) fn run(preset: &Preset, seed: u64, asked: &Scan) -> Result<Answer, Fa
     let sight = sight(&asked.specimen, seed, asked.centre)?;
     let area = asked.area.or(sight.size_mm).unwrap_or(AREA_MM);
     let fields = fields(preset, area, asked.centre, asked.overlap)?;
-    need_stage(&asked.source)?;
-    folder::prepare(&asked.out.out, asked.out.force)?;
-    if let Some(dir) = &asked.truth {
-        folder::prepare(dir, asked.out.force)?;
-    }
-    let rig = Rc::new(RefCell::new(one_shot(preset, seed, &asked.source)?));
+    let wanted = Wanted::new(preset, seed, &asked.source)?;
+    let _folder = folder::prepare("--out", &asked.out.out, asked.out.force)?;
+    let _truth =
+        asked.truth.as_ref().map(|dir| folder::prepare("--truth", dir, asked.out.force)).transpose()?;
+    let rig = Rc::new(RefCell::new(wanted.homed()?));
     let began_s = rig.borrow().time_s();
     let scanned = take(&rig, preset, &fields, sight, seed, &asked.out.out)?;
     if let Some(dir) = &asked.truth {

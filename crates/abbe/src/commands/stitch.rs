@@ -3,20 +3,20 @@
 use super::Answer;
 use crate::cli::Stitch;
 use crate::failure::Failure;
-use crate::folder;
+use crate::folder::{self, Ready};
 use crate::interrupt;
 use crate::progress;
 use abbe_mosaic::stitch::{self, Progress, Step, StitchOptions, StitchReport};
+use abbe_mosaic::tiles;
 use indicatif::ProgressBar;
 use serde_json::json;
+use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::Mutex;
 
 pub(crate) fn run(asked: &Stitch) -> Result<Answer, Failure> {
-    for file in [asked.out.clone(), asked.out.with_extension("png")] {
-        folder::keep_file(&file, asked.force)?;
-    }
+    let _folder = ready(asked)?;
     let options = StitchOptions {
         search_radius_px: asked.search as usize,
         correct_distortion: !asked.keep_distortion,
@@ -27,10 +27,34 @@ pub(crate) fn run(asked: &Stitch) -> Result<Answer, Failure> {
     Ok(Answer { text: text(&report), json: json!(report) })
 }
 
-/// Stitches with a bar for each step.
+/// Everything that can be wrong before the work: it may take long.
+fn ready(asked: &Stitch) -> Result<Ready, Failure> {
+    let is_tiff = |ending: &OsStr| ending.eq_ignore_ascii_case("tif") || ending.eq_ignore_ascii_case("tiff");
+    if !asked.out.extension().is_some_and(is_tiff) {
+        return Err(Failure::usage(format!(
+            "--out {}: the mosaic is written as TIFF; let its name end in .tif or .tiff",
+            asked.out.display()
+        )));
+    }
+    if !asked.tiles.join(tiles::CONFIGURATION).is_file() {
+        return Err(Failure::work(format!(
+            "{}: there is no {} in it; name a folder that holds it and the tiles",
+            asked.tiles.display(),
+            tiles::CONFIGURATION
+        )));
+    }
+    for beside in [asked.out.with_extension("png"), asked.out.with_file_name(tiles::REGISTERED_CONFIGURATION)]
+    {
+        folder::keep_file(&beside, asked.force)?;
+    }
+    folder::prepare_file(&asked.out, asked.force)
+}
+
+/// Stitches with a bar for each step. Ctrl-C ends it between two parts of a step.
 pub(super) fn join(tiles: &Path, mosaic: &Path, options: &StitchOptions) -> Result<StitchReport, Failure> {
     let bar: Mutex<Option<(Step, ProgressBar)>> = Mutex::new(None);
     let told = |progress: Progress| {
+        interrupt::leave_if_asked();
         let Ok(mut shown) = bar.lock() else { return };
         if shown.as_ref().is_none_or(|(step, _)| *step != progress.step) {
             if let Some((_, old)) = shown.take() {
@@ -42,12 +66,11 @@ pub(super) fn join(tiles: &Path, mosaic: &Path, options: &StitchOptions) -> Resu
             bar.set_position(progress.done as u64);
         }
     };
-    let report = stitch::stitch(tiles, mosaic, options, &told)?;
+    let report = interrupt::leaving(|| stitch::stitch(tiles, mosaic, options, &told));
     if let Ok(Some((_, last))) = bar.into_inner() {
         last.finish_and_clear();
     }
-    interrupt::check()?;
-    Ok(report)
+    Ok(report??)
 }
 
 fn name(step: Step) -> &'static str {

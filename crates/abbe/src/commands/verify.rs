@@ -1,12 +1,13 @@
 //! `abbe verify`: new targets, a fresh set-up of the instrument, a report.
 
 use super::measure::{self, Job, Measured};
-use super::{Answer, one_shot, today};
+use super::{Answer, Wanted, today};
 use crate::bench::Shared;
 use crate::cli::Verify;
 use crate::failure::Failure;
 use crate::folder;
 use crate::preset::Preset;
+use crate::progress;
 use abbe_metrology::Axis;
 use abbe_metrology::compensation::Compensation;
 use abbe_metrology::report::{self, AxisReport, Conditions, RawFile, Report};
@@ -71,13 +72,16 @@ pub(super) fn table(checks: &[(Axis, Check)]) -> String {
 }
 
 pub(crate) fn run(preset: &Preset, seed: u64, asked: &Verify) -> Result<Answer, Failure> {
-    let Some(file) = &asked.source.compensation else {
-        return Err(Failure::usage("--compensation FILE is missing: what is to be verified?"));
-    };
-    super::need_stage(&asked.source)?;
-    let compensation = Compensation::read(file)?;
-    folder::prepare(&asked.out.out, asked.out.force)?;
-    let rig = Rc::new(RefCell::new(one_shot(preset, seed, &asked.source)?));
+    let missing = || Failure::usage("--compensation FILE is missing: it names what is to be verified");
+    asked.source.compensation.as_ref().ok_or_else(missing)?;
+    let wanted = Wanted::new(preset, seed, &asked.source)?;
+    let compensation = wanted.compensation.as_ref().ok_or_else(missing)?;
+    let _folder = folder::prepare("--out", &asked.out.out, asked.out.force)?;
+    let notes = notes(compensation);
+    for note in &notes {
+        progress::note(&format!("note: {note}"));
+    }
+    let rig = Rc::new(RefCell::new(wanted.homed()?));
     measure::warm_up(&rig, asked.warm_up)?;
     let dir = &asked.out.out;
     let plan = (asked.targets as usize, asked.runs as usize);
@@ -86,16 +90,24 @@ pub(crate) fn run(preset: &Preset, seed: u64, asked: &Verify) -> Result<Answer, 
         measured.each_ref().map(|one| (one.measurement.axis, Verification::of(&one.measurement.readings)));
     let checks = checks(&found);
     let report = dir.join("report.html");
-    page(preset, seed, asked, &compensation, &measured).write(&report)?;
+    page(preset, seed, asked, compensation, &measured).write(&report)?;
     let json = json!({
         "x": document(&found[0].1),
         "y": document(&found[1].1),
         "checks": checks.iter().map(|(axis, check)| json!({ "axis": axis.to_string(), "check": check })).collect::<Vec<_>>(),
+        "notes": notes,
         "report": report,
     });
     folder::write_whole(&dir.join("summary.json"), format!("{json:#}\n").as_bytes())?;
     let text = format!("{}report  {}\n", table(&checks), report.display());
     Ok(Answer { text, json })
+}
+
+/// Axes that are verified as they are.
+fn notes(compensation: &Compensation) -> Vec<String> {
+    let bare = [Axis::X, Axis::Y].into_iter().filter(|axis| compensation.axis(*axis).is_none());
+    bare.map(|axis| format!("the compensation file has no {axis} axis: {axis} is verified uncompensated"))
+        .collect()
 }
 
 fn page(

@@ -1,0 +1,16 @@
+//! The program as a user meets it: the built binary, its exit status, its two streams, and what it leaves on the disk.
+
+// The lint spares test functions but not the functions they share.
+#![allow(clippy::unwrap_used)]
+
+mod certificate;
+mod compensations;
+#[cfg(unix)]
+mod ctrl_c;
+mod ended;
+mod folders;
+mod pictures;
+mod presets;
+mod readings;
+mod stage;
+mod usage;
