@@ -30,9 +30,9 @@ impl Interferometer {
         instrument
     }
 
-    /// The reading is zero here from now on.
+    /// The reading is zero here from now on; the zero is a reading itself, with its noise.
     pub fn set_zero(&mut self, twin: &Twin) {
-        self.zero_um = twin.truth().table_um[self.axis];
+        self.zero_um = twin.truth().table_um[self.axis] + self.settings.noise_um * self.noise.normal();
         self.zero_c = twin.heat().room_c();
     }
 
