@@ -251,6 +251,9 @@ const LONGEST_WARM_UP_MIN: f64 = 10_080.0;
 
 /// A place on an axis, mm.
 fn place(text: &str) -> Result<f64, String> {
+    if text.starts_with("--") {
+        return Err(format!("`{text}` is neither a number nor an option of this command"));
+    }
     let value = number(text)?;
     let allowed = value.abs() <= FARTHEST_MM;
     allowed.then_some(value).ok_or_else(|| format!("`{text}` mm is beyond ±{FARTHEST_MM} mm"))

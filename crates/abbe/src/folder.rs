@@ -85,6 +85,9 @@ pub(crate) fn keep_file(file: &Path, force: bool) -> Result<(), Failure> {
 /// Makes a folder with those above it. One that cannot be written is found before the work, not after it.
 fn make(dir: &Path) -> io::Result<Ready> {
     let made = dir.ancestors().take_while(|above| !above.as_os_str().is_empty() && !above.exists()).last();
+    if dir.exists() && !dir.is_dir() {
+        return Err(io::Error::other("it is a file"));
+    }
     let ready = Ready { dir: dir.to_path_buf(), made: made.map(Path::to_path_buf) };
     fs::create_dir_all(dir)?;
     interrupt::results_go_to(dir);

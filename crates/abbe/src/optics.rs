@@ -3,7 +3,7 @@
 use crate::bench::Shared;
 use crate::failure::Failure;
 use crate::preset::CameraSetup;
-use crate::rig::RigError;
+use crate::rig::{Rig, RigError};
 use abbe_mosaic::image::{Channels, Image, ImageError, Samples};
 use abbe_mosaic::scan::{Camera, Shot};
 use abbe_mosaic::tiles::Placed;
@@ -24,23 +24,50 @@ pub(crate) enum OpticsError {
 
 /// Something to look at.
 pub(crate) struct Sight {
-    specimen: Box<dyn Specimen>,
-    /// Size of a specimen that ends, mm.
-    pub(crate) size_mm: Option<[f64; 2]>,
+    subject: Subject,
+    /// Where the stage is to stand when the middle of a picture is under the lens, mm.
+    centre_mm: [f64; 2],
+}
+
+enum Subject {
+    /// Without end.
+    Tissue(Box<Tissue>),
+    /// With edges.
+    Picture(ImageSpecimen),
 }
 
 impl Sight {
     /// A tissue without end.
-    pub(crate) fn tissue(seed: u64) -> Self {
-        Self { specimen: Box::new(Tissue::new(seed)), size_mm: None }
+    pub(crate) fn tissue(seed: u64, centre_mm: [f64; 2]) -> Self {
+        Self { subject: Subject::Tissue(Box::new(Tissue::new(seed))), centre_mm }
     }
 
     /// A picture with its middle at `centre_mm`.
     pub(crate) fn picture(file: &Path, pixel_um: f64, centre_mm: [f64; 2]) -> Result<Self, Failure> {
-        let picture = ImageSpecimen::open(file, pixel_um)?;
-        let size_mm = picture.size_um().map(|um| um * 1e-3);
-        let [x, y] = centre_mm.map(|mm| mm * 1e3);
-        Ok(Self { specimen: Box::new(picture.centred_at(x, y)), size_mm: Some(size_mm) })
+        Ok(Self { subject: Subject::Picture(ImageSpecimen::open(file, pixel_um)?), centre_mm })
+    }
+
+    /// Size of a specimen that ends, mm.
+    pub(crate) fn size_mm(&self) -> Option<[f64; 2]> {
+        match &self.subject {
+            Subject::Tissue(_) => None,
+            Subject::Picture(picture) => Some(picture.size_um().map(|um| um * 1e-3)),
+        }
+    }
+
+    /// Lays the specimen on the table.
+    ///
+    /// A picture is laid as a person would: the stage goes to the centre, and the picture's middle is put under the
+    /// lens. Where the table then truly is does not matter; a bare stage may be a tenth of a millimetre off.
+    fn laid(self, rig: &mut Rig) -> Result<Box<dyn Specimen>, RigError> {
+        match self.subject {
+            Subject::Tissue(tissue) => Ok(tissue),
+            Subject::Picture(picture) => {
+                rig.move_to(self.centre_mm)?;
+                let [x_um, y_um] = rig.twin.truth().table_um;
+                Ok(Box::new(picture.centred_at(x_um, y_um)))
+            }
+        }
     }
 }
 
@@ -49,17 +76,19 @@ pub(crate) struct Microscope {
     rig: Shared,
     setup: CameraSetup,
     camera: TwinCamera,
-    sight: Sight,
+    specimen: Box<dyn Specimen>,
     seed: u64,
     /// True places of the tiles taken, px.
     true_places: Vec<[f64; 2]>,
 }
 
 impl Microscope {
+    /// Lays the specimen on the table and sets the camera up above it.
     pub(crate) fn new(rig: &Shared, setup: &CameraSetup, sight: Sight, seed: u64) -> Result<Self, Failure> {
         let camera = TwinCamera::new(rig.borrow().twin.plant().camera.clone())?;
+        let specimen = sight.laid(&mut rig.borrow_mut())?;
         let rig = Shared::clone(rig);
-        Ok(Self { rig, setup: setup.clone(), camera, sight, seed, true_places: Vec::new() })
+        Ok(Self { rig, setup: setup.clone(), camera, specimen, seed, true_places: Vec::new() })
     }
 
     /// The tiles of a finished scan at their true places, px, the first at the origin.
@@ -101,8 +130,7 @@ impl Camera for Microscope {
         }
         let (path, position_mm) = self.expose();
         let number = self.true_places.len() as u64;
-        let frame =
-            self.camera.expose(&*self.sight.specimen, &path, self.seed.wrapping_mul(1 << 20) + number);
+        let frame = self.camera.expose(&*self.specimen, &path, self.seed.wrapping_mul(1 << 20) + number);
         let count = path.len() as f64;
         let mean = [0, 1].map(|axis| path.iter().map(|place| place[axis]).sum::<f64>() / count);
         self.true_places.push(self.camera.true_pixel_of(mean));

@@ -174,13 +174,26 @@ fn read(name: &str, file: &str, text: &str) -> Result<Preset, PresetError> {
     }
 }
 
+/// What the parser expects, and the same for people.
+const KINDS: [(&str, &str); 7] = [
+    ("expected f64", "expected a number"),
+    ("expected u64", "expected a whole number from 0 up"),
+    ("expected u32", "expected a whole number from 0 up"),
+    ("expected u16", "expected a whole number from 0 to 65535"),
+    ("expected u8", "expected a whole number from 0 to 255"),
+    ("expected i8", "expected a whole number from -128 to 127"),
+    ("expected a boolean", "expected true or false"),
+];
+
 /// The parser speaks of fields where the file has keys, and does not name the key whose value it cannot take.
 fn in_plain_words(mut error: PresetError, text: &str) -> PresetError {
     error.message = error.message.replace("missing field `", "missing key `");
     if error.message.starts_with("invalid ") {
         let line = error.line.and_then(|line| text.lines().nth(line - 1));
         if let Some((key, _)) = line.and_then(|line| line.split_once('=')) {
-            error.message = format!("`{}`: {}", key.trim(), error.message);
+            let message =
+                KINDS.iter().fold(error.message, |message, (kind, words)| message.replace(kind, words));
+            error.message = format!("`{}`: {message}", key.trim());
         }
     }
     error

@@ -142,7 +142,7 @@ fn settled_step(rig: &Shared, preset: &Preset) -> Result<SettledStep, Failure> {
 }
 
 fn mosaic(rig: &Shared, preset: &Preset, sight: Sight, seed: u64, dir: &Path) -> Result<Mosaic, Failure> {
-    let area = sight.size_mm.unwrap_or(scan::AREA_MM);
+    let area = sight.size_mm().unwrap_or(scan::AREA_MM);
     let fields = scan::fields(preset, area, CENTRE_MM, OVERLAP_PERCENT)?;
     let began_s = rig.borrow().time_s();
     let scanned = scan::take(rig, preset, &fields, sight, seed, &dir.join("tiles"))?;

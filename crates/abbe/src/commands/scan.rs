@@ -27,7 +27,7 @@ pub(super) const TRUE_PLACES: &str = "TileConfiguration.true.txt";
 pub(super) fn sight(asked: &Specimen, seed: u64, centre_mm: [f64; 2]) -> Result<Sight, Failure> {
     match &asked.specimen {
         Some(file) => Sight::picture(file, asked.specimen_pixel, centre_mm),
-        None => Ok(Sight::tissue(seed)),
+        None => Ok(Sight::tissue(seed, centre_mm)),
     }
 }
 
@@ -94,7 +94,7 @@ pub(super) fn write_truth(dir: &Path, truth: &[Placed]) -> Result<(), Failure> {
 
 pub(crate) fn run(preset: &Preset, seed: u64, asked: &Scan) -> Result<Answer, Failure> {
     let sight = sight(&asked.specimen, seed, asked.centre)?;
-    let area = asked.area.or(sight.size_mm).unwrap_or(AREA_MM);
+    let area = asked.area.or(sight.size_mm()).unwrap_or(AREA_MM);
     let fields = fields(preset, area, asked.centre, asked.overlap)?;
     let wanted = Wanted::new(preset, seed, &asked.source)?;
     let _folder = folder::prepare("--out", &asked.out.out, asked.out.force)?;

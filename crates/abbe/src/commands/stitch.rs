@@ -36,6 +36,9 @@ fn ready(asked: &Stitch) -> Result<Ready, Failure> {
             asked.out.display()
         )));
     }
+    if !asked.tiles.is_dir() {
+        return Err(Failure::work(format!("{}: there is no such folder", asked.tiles.display())));
+    }
     if !asked.tiles.join(tiles::CONFIGURATION).is_file() {
         return Err(Failure::work(format!(
             "{}: there is no {} in it; name a folder that holds it and the tiles",

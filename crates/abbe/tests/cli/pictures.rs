@@ -1,6 +1,7 @@
 //! Specimens, scans and mosaics.
 
 use crate::ended::{abbe, done, everything_in, refused};
+use serde_json::json;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -88,6 +89,27 @@ fn tiles_become_a_mosaic() {
     assert_eq!(names, expected.map(|name| dir.path().join("new").join(name)));
 }
 
+#[test]
+fn the_middle_of_a_picture_is_the_middle_of_its_scan() {
+    let dir = tempfile::tempdir().unwrap();
+    // A black square in the middle of a white one, on a bare stage that is 50 µm and more off.
+    let black = |place: u32| (60..140).contains(&place);
+    let square =
+        image::GrayImage::from_fn(200, 200, |x, y| image::Luma([if black(x) && black(y) { 0 } else { 255 }]));
+    square.save(dir.path().join("square.png")).unwrap();
+    let scan = ["scan", "--twin", "--specimen", "square.png", "--specimen-pixel", "0.5", "--out", "s"];
+    let found = done(dir.path(), &scan);
+    assert_eq!((&found["area_mm"], &found["scan"]["tiles"]), (&json!([0.1, 0.1]), &json!(1)));
+    let tile = image::open(dir.path().join("s/tile_r000_c000.tif")).unwrap().into_luma8();
+    let dark: Vec<(u32, u32)> =
+        tile.enumerate_pixels().filter(|(_, _, level)| level[0] < 100).map(|(x, y, _)| (x, y)).collect();
+    assert!((6000..6800).contains(&dark.len()), "{} dark pixels", dark.len());
+    let middle =
+        |place: fn(&(u32, u32)) -> u32| dark.iter().map(place).sum::<u32>() as f64 / dark.len() as f64;
+    let (x, y) = (middle(|dark| dark.0), middle(|dark| dark.1));
+    assert!((x - 319.5).abs() < 4.0 && (y - 239.5).abs() < 4.0, "the middle is at {x}, {y}");
+}
+
 /// Places of a configuration file, px.
 fn places(file: &Path) -> Vec<[f64; 2]> {
     let text = fs::read_to_string(file).unwrap();
@@ -115,10 +137,11 @@ type Damage = (&'static str, &'static [&'static str], fn(&Path));
 
 #[test]
 fn a_damaged_set_of_tiles_is_named_and_nothing_is_written() {
-    let damage: [Damage; 5] = [
+    let damage: [Damage; 6] = [
         ("no configuration", &["tiles", "TileConfiguration.txt"], |tiles| {
             fs::remove_file(tiles.join("TileConfiguration.txt")).unwrap();
         }),
+        ("no folder", &["tiles", "no such folder"], |tiles| fs::remove_dir_all(tiles).unwrap()),
         ("no tile", &["tile_r001_c000.tif"], |tiles| {
             fs::remove_file(tiles.join("tile_r001_c000.tif")).unwrap();
         }),

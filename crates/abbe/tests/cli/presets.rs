@@ -22,7 +22,7 @@ fn a_damaged_preset_names_file_line_and_key() {
         ("width_px = 640", "widht_px = 640", &["`widht_px`", "`width_px`"]),
         ("backlash_um = 3.0", "backlsh_um = 3.0", &["`backlsh_um`", "`backlash_um`"]),
         ("bounce_ms = 2.0", "bonce_ms = 2.0", &["`bonce_ms`", "`bounce_ms`"]),
-        ("speed_mm_s = 20.0", "speed_mm_s = \"fast\"", &["`speed_mm_s`", "fast"]),
+        ("speed_mm_s = 20.0", "speed_mm_s = \"fast\"", &["`speed_mm_s`", "fast", "expected a number"]),
         ("speed_mm_s = 20.0", "speed_mm_s = -20.0", &["speed_mm_s", "-20"]),
         ("speed_mm_s = 20.0", "speed_mm_s = nan", &["speed_mm_s", "NaN"]),
         ("mass_kg = 3.2", "mass_kg = 0.0", &["`mass_kg`", "0"]),

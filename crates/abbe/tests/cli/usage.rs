@@ -5,12 +5,13 @@ use crate::ended::{abbe, refused};
 #[test]
 fn a_wrong_command_line_is_told_in_one_sentence_and_exit_status_2() {
     let dir = tempfile::tempdir().unwrap();
-    let cases: [(&[&str], &[&str]); 18] = [
+    let cases: [(&[&str], &[&str]); 19] = [
         (&["frobnicate"], &["'frobnicate'", "`abbe help`"]),
         (&["hom"], &["'hom'", "'home'"]),
         (&["serve"], &["`abbe serve`", "not in this version"]),
         (&["move", "--twin", "5"], &["<Y>", "usage: abbe move"]),
         (&["move", "--twin", "5", "six"], &["`six`", "not a number"]),
+        (&["move", "--tvin", "5"], &["`--tvin`", "option"]),
         (&["move", "--twin", "5", "NaN"], &["`NaN`", "finite"]),
         (&["move", "--twin", "5", "1e300"], &["`1e300`", "±1000000 mm"]),
         (&["home", "--twin", "--seed", "-1"], &["--seed", "-1"]),
