@@ -41,7 +41,7 @@ pub(crate) enum Command {
     Measure(Measure),
     /// Fit a polynomial to measured errors and write a compensation file.
     Compensate(Compensate),
-    /// Measure again at new targets with the compensation in use, and certify (ISO 230-2).
+    /// Measure again at new targets with a --compensation in use, and certify (ISO 230-2).
     Verify(Verify),
     /// Evaluate any readings file by ISO 230-2:2014.
     Iso230(Iso230),
@@ -126,18 +126,15 @@ pub(crate) struct Move {
 /// Which axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum AxisChoice {
-    /// The x axis.
     X,
-    /// The y axis.
     Y,
-    /// One after the other.
     Both,
 }
 
 /// `abbe measure`.
 #[derive(Args, Debug)]
 pub(crate) struct Measure {
-    /// Axis to measure.
+    /// Axis to measure; both: one after the other.
     #[arg(long, default_value = "both")]
     pub(crate) axis: AxisChoice,
     #[command(flatten)]

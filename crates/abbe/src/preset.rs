@@ -160,10 +160,6 @@ fn read(name: &str, file: &str, text: &str) -> Result<Preset, PresetError> {
         Ok(Preset { name: name.to_owned(), controller, plant: Plant::read(file, text)? })
     };
     let preset = both().map_err(|error| in_plain_words(error, text))?;
-    preset.plant.camera.check().map_err(|error| {
-        let line = abbe_twin::plant::line_of(text, "[plant.camera]", error.key);
-        PresetError { file: file.to_owned(), line, message: error.to_string() }
-    })?;
     match toml::from_str(text).ok().and_then(|whole| not_finite(&whole, "")) {
         Some((table, key)) => {
             let line = abbe_twin::plant::line_of(text, &format!("[{table}]"), &key);

@@ -331,7 +331,10 @@ impl Plant {
                 }
             }
         }
-        Ok(())
+        self.camera.check().map_err(|error| {
+            let line = line_of(text, "[plant.camera]", error.key);
+            PresetError { file: file.to_owned(), line, message: error.to_string() }
+        })
     }
 }
 
