@@ -220,7 +220,7 @@ fn read_controller(file: &str, text: &str) -> Result<Controller, PresetError> {
         let header =
             error.axis.map_or("[controller]".to_owned(), |axis| format!("[controller.{}]", ["x", "y"][axis]));
         let line = abbe_twin::plant::line_of(text, &header, error.key);
-        PresetError { file: file.to_owned(), line, message: error.to_string() }
+        PresetError { file: file.to_owned(), line, message: format!("{error}, not {}", error.value) }
     })?;
     check_camera(&camera).map_err(|(key, message)| PresetError {
         file: file.to_owned(),
@@ -327,6 +327,7 @@ mod tests {
         let bad = text().replacen("jerk_mm_s3 = 20000.0", "jerk_mm_s3 = -1.0", 1);
         let error = read("m", "m.toml", &bad).unwrap_err();
         assert!(error.line.is_some() && error.to_string().contains("jerk_mm_s3"), "{error}");
+        assert!(error.to_string().ends_with("a positive number, not -1"), "{error}");
         let bad = text().replacen("mass_kg = 3.2", "mass_kg = nan", 1);
         let error = read("m", "m.toml", &bad).unwrap_err();
         assert!(error.line.is_some() && error.to_string().contains("mass_kg"), "{error}");

@@ -3,6 +3,7 @@
 //! Each topic owns what stands between `<!-- figures:TOPIC -->` and `<!-- /figures:TOPIC -->`; the words around it
 //! are left alone.
 
+mod inline;
 mod readme;
 
 use std::fmt::Write as _;
@@ -21,7 +22,7 @@ use crate::demo::read_summary;
 /// What can be measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Topic {
-    /// What the demo reaches, for six seeds; writes the table of the READMEs, too.
+    /// What the demo reaches, for six seeds; writes the figures of the READMEs and of docs/papers.md, too.
     Demo,
     /// How well the zero repeats.
     Homing,
@@ -147,6 +148,9 @@ fn demo(root: &Path) -> Result<String> {
             with_section(&fs::read_to_string(&file)?, "readme", &readme::section(words, &summaries[0].1))?;
         fs::write(&file, page).with_context(|| format!("cannot write {}", file.display()))?;
     }
+    let papers = root.join("docs").join("papers.md");
+    let page = inline::filled(&fs::read_to_string(&papers)?, &summaries[0].1)?;
+    fs::write(&papers, page).with_context(|| format!("cannot write {}", papers.display()))?;
     Ok(table(&DEMO_ROWS, &summaries))
 }
 
