@@ -38,7 +38,6 @@ fn main() {
     bench.run(1, |_| true);
     bench.controller.command(Command::Home).expect("a stage that is off can home");
     bench.run(400_000, |controller| controller.status().state == State::Homing);
-    println!("state after homing: {}", bench.controller.status().state);
 
     let measure = |name: &str, bench: &mut Bench, step: &mut dyn FnMut(&mut Controller<2>)| {
         let (began, seconds) = (Instant::now(), 60.0);
@@ -49,7 +48,7 @@ fn main() {
         println!("{name}: {:.0} × real time", seconds / began.elapsed().as_secs_f64());
     };
     measure("standing", &mut bench, &mut |_| {});
-    for (name, far_mm) in [("100 mm moves at 20 mm/s", 99.0), ("10 mm moves", 10.0), ("0.3 mm moves", 0.3)] {
+    for (name, far_mm) in [("99 mm moves at 20 mm/s", 99.0), ("10 mm moves", 10.0), ("0.3 mm moves", 0.3)] {
         let mut up = false;
         measure(name, &mut bench, &mut |controller| {
             if controller.status().state == State::Ready {
@@ -59,8 +58,6 @@ fn main() {
             }
         });
     }
-    println!("state at the end: {}", bench.controller.status().state);
-    if let Some(fault) = bench.controller.status().fault {
-        println!("fault: {fault}");
-    }
+    // A stage that has tripped stands still, and standing is fast.
+    assert_eq!(bench.controller.status().fault, None);
 }

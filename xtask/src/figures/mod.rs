@@ -53,7 +53,9 @@ impl Row {
                 .and_then(Value::as_f64)
                 .map_or("–".into(), |v| format!("{v:.*}", self.decimals))
         };
-        self.paths.iter().map(shown).collect::<Vec<String>>().join(" … ")
+        // Two numbers are the ends of a range, more are a list.
+        let between = if self.paths.len() == 2 { " … " } else { ", " };
+        self.paths.iter().map(shown).collect::<Vec<String>>().join(between)
     }
 }
 
