@@ -6,6 +6,7 @@ mod bench;
 mod cli;
 mod commands;
 mod failure;
+mod fault;
 mod folder;
 mod interrupt;
 mod optics;
@@ -24,7 +25,7 @@ use usage::Typed;
 fn main() -> ExitCode {
     let arguments: Vec<OsString> = std::env::args_os().collect();
     let json = usage::wants_json(&arguments);
-    match answer(&arguments, json).and_then(|answer| answer.print(json)) {
+    match fault::watched(|| answer(&arguments, json)).and_then(|answer| answer.print(json)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             failure.print(json);
