@@ -319,14 +319,16 @@ impl Plant {
         Ok(halves.plant)
     }
 
-    /// Numbers that no stage can have would make the simulation explode instead of failing here.
+    /// Numbers that no stage can have would make the simulation explode or crawl instead of failing here.
     fn check(&self, file: &str, text: &str) -> Result<(), PresetError> {
-        for (axis, name) in [(&self.x, "x"), (&self.y, "y")] {
-            for (section, key, value) in axis.positive() {
-                if !(value.is_finite() && value > 0.0) {
-                    let header = format!("[plant.{name}{section}]");
+        let axes =
+            [(&self.x, "x"), (&self.y, "y")].map(|(axis, name)| (axis.ranges(), format!("plant.{name}")));
+        for (ranges, place) in axes.into_iter().chain([(self.ranges(), "plant".to_owned())]) {
+            for Range(section, key, value, low, high) in ranges {
+                if !(low..=high).contains(&value) {
+                    let header = format!("[{place}{section}]");
                     let line = line_of(text, &header, key);
-                    let message = format!("`{key}` = {value} in {header} must be a positive number");
+                    let message = format!("`{key}` = {value} in {header} must be {low} … {high}");
                     return Err(PresetError { file: file.to_owned(), line, message });
                 }
             }
@@ -347,30 +349,102 @@ pub fn line_of(text: &str, header: &str, key: &str) -> Option<usize> {
 }
 
 impl AxisPlant {
-    fn positive(&self) -> [(&'static str, &'static str, f64); 14] {
+    fn ranges(&self) -> Vec<Range> {
         let (motor, screw, friction, scale) = (&self.motor, &self.screw, &self.friction, &self.scale);
-        [
-            ("", "mass_kg", self.mass_kg),
-            (".motor", "full_steps", f64::from(motor.full_steps)),
-            (".motor", "microsteps", f64::from(motor.microsteps)),
-            (".motor", "holding_torque_nm", motor.holding_torque_nm),
-            (".motor", "corner_rev_s", motor.corner_rev_s),
-            (".motor", "inertia_kg_mm2", motor.inertia_kg_mm2),
-            (".screw", "lead_mm", screw.lead_mm),
-            (".screw", "stiffness_n_um", screw.stiffness_n_um),
-            (".friction", "coulomb_n", friction.coulomb_n),
-            (".friction", "breakaway_n", friction.breakaway_n),
-            (".friction", "stribeck_mm_s", friction.stribeck_mm_s),
-            (".friction", "presliding_n_um", friction.presliding_n_um),
-            (".scale", "grating_um", scale.grating_um),
-            (".scale", "count_um", scale.count_um),
+        vec![
+            Range("", "mass_kg", self.mass_kg, 0.1, 1000.0),
+            Range(".motor", "full_steps", f64::from(motor.full_steps), 4.0, 10_000.0),
+            Range(".motor", "microsteps", f64::from(motor.microsteps), 1.0, 1024.0),
+            Range(".motor", "holding_torque_nm", motor.holding_torque_nm, 1e-3, 100.0),
+            Range(".motor", "detent_torque_nm", motor.detent_torque_nm, 0.0, 100.0),
+            Range(".motor", "corner_rev_s", motor.corner_rev_s, 0.1, 1e4),
+            Range(".motor", "inertia_kg_mm2", motor.inertia_kg_mm2, 0.1, 1e5),
+            Range(".motor", "damping_ratio", motor.damping_ratio, 0.0, 2.0),
+            Range(".motor", "microstep_error", motor.microstep_error, 0.0, 1.0),
+            Range(".screw", "lead_mm", screw.lead_mm, 0.05, 100.0),
+            Range(".screw", "once_per_turn_um", screw.once_per_turn_um, 0.0, 1000.0),
+            Range(".screw", "backlash_um", screw.backlash_um, 0.0, 1000.0),
+            Range(".screw", "stiffness_n_um", screw.stiffness_n_um, 0.01, 100.0),
+            Range(".screw", "damping_ratio", screw.damping_ratio, 0.0, 1.0),
+            Range(".friction", "coulomb_n", friction.coulomb_n, 1e-3, 1e4),
+            Range(".friction", "breakaway_n", friction.breakaway_n, 1e-3, 1e4),
+            Range(".friction", "stribeck_mm_s", friction.stribeck_mm_s, 1e-3, 1e3),
+            Range(".friction", "viscous_n_s_mm", friction.viscous_n_s_mm, 0.0, 10.0),
+            Range(".friction", "presliding_n_um", friction.presliding_n_um, 1e-3, 100.0),
+            Range(".friction", "bristle_damping_n_s_mm", friction.bristle_damping_n_s_mm, 0.0, 10.0),
+            Range(".scale", "grating_um", scale.grating_um, 0.1, 1e4),
+            Range(".scale", "count_um", scale.count_um, 0.001, 100.0),
+            Range(".scale", "error_offset_um", scale.error_offset_um, -1000.0, 1000.0),
+            Range(".scale", "error_slope_um_mm", scale.error_slope_um_mm, -50.0, 50.0),
+            Range(".scale", "error_curvature_um_mm2", scale.error_curvature_um_mm2, -0.5, 0.5),
+            Range(".scale", "graduation_rms_um", scale.graduation_rms_um, 0.0, 100.0),
+            Range(".scale", "graduation_length_mm", scale.graduation_length_mm, 0.5, 1e4),
+            Range(".scale", "cyclic_um", scale.cyclic_um, 0.0, 1.0),
+            Range(".scale", "noise_um", scale.noise_um, 0.0, 1.0),
+            Range(".scale", "expansion_um_m_k", scale.expansion_um_m_k, -100.0, 100.0),
+            Range(".scale", "index_mm", scale.index_mm, -1000.0, 1000.0),
+            Range(".scale", "index_jitter_counts", scale.index_jitter_counts, 0.0, 1000.0),
+            Range(".scale", "filter_clocks", f64::from(scale.filter_clocks), 1.0, 255.0),
+            Range(".scale", "glitch_probability", scale.glitch_probability, 0.0, 1.0),
+            Range(".switches", "low_mm", self.switches.low_mm, -1000.0, 1000.0),
+            Range(".switches", "high_mm", self.switches.high_mm, self.switches.low_mm, 1000.0),
+            Range(".switches", "scatter_um", self.switches.scatter_um, 0.0, 1e4),
+            Range(".switches", "bounce_ms", self.switches.bounce_ms, 0.0, 1000.0),
+            Range(".stops", "low_mm", self.stops.low_mm, -1000.0, 1000.0),
+            Range(".stops", "high_mm", self.stops.high_mm, self.stops.low_mm, 1000.0),
         ]
     }
 }
 
+impl Plant {
+    fn ranges(&self) -> Vec<Range> {
+        let (geometry, heat, load) = (&self.geometry, &self.heat, &self.load);
+        vec![
+            Range(".geometry", "travel_mm", geometry.travel_mm, 1.0, 1000.0),
+            Range(".geometry", "angle_arcsec_pp", geometry.angle_arcsec_pp, 0.0, 3600.0),
+            Range(".geometry", "straightness_um_pp", geometry.straightness_um_pp, 0.0, 1000.0),
+            Range(".geometry", "reversal_um", geometry.reversal_um, 0.0, 100.0),
+            Range(".geometry", "random_um", geometry.random_um, 0.0, 100.0),
+            Range(".heat", "room_period_s", heat.room_period_s, 1.0, 1e6),
+            Range(".heat", "motor_time_s", heat.motor_time_s, 1.0, 1e6),
+            Range(".heat", "scale_time_s", heat.scale_time_s, 1.0, 1e6),
+            Range(".heat", "structure_time_s", heat.structure_time_s, 1.0, 1e6),
+            Range(".load", "kg", load.kg, 0.0, 100.0),
+            Range(".load", "friction_n_kg", load.friction_n_kg, 0.0, 100.0),
+            Range(".loop", "jitter", self.timing.jitter, 0.0, 0.1),
+            Range(".loop", "missed_sample_probability", self.timing.missed_sample_probability, 0.0, 0.5),
+            Range(".interferometer", "noise_um", self.interferometer.noise_um, 0.0, 1000.0),
+            Range(".thermometers", "noise_k", self.thermometers.noise_k, 0.0, 100.0),
+        ]
+    }
+}
+
+/// Section, key and value, and the lowest and highest value that a stage may have.
+struct Range(&'static str, &'static str, f64, f64, f64);
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const PRESET: &str = include_str!("../../../presets/microscope-100.toml");
+
+    #[test]
+    fn a_number_that_no_stage_has_is_named_with_its_line() {
+        Plant::read("m", PRESET).unwrap();
+        for (good, bad) in [
+            ("mass_kg = 3.2", "mass_kg = 1e300"),
+            ("graduation_length_mm = 5.0", "graduation_length_mm = 0.0"),
+            ("stiffness_n_um = 20.0", "stiffness_n_um = 1e9"),
+            ("noise_um = 0.005", "noise_um = 1e9"),
+            ("jitter = 0.01", "jitter = nan"),
+            ("motor_time_s = 600.0", "motor_time_s = 0.0"),
+        ] {
+            let text = PRESET.replacen(good, bad, 1);
+            let line = 1 + text[..text.find(bad).unwrap()].matches('\n').count();
+            let error = Plant::read("m.toml", &text).unwrap_err();
+            assert_eq!(error.line, Some(line), "{error}");
+        }
+    }
 
     #[test]
     fn an_unknown_key_gets_the_nearest_valid_one() {
