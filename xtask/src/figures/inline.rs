@@ -16,7 +16,9 @@ pub(super) fn filled(page: &str, summary: &Value) -> Result<String> {
         let (what, rest) =
             part.split_once(MIDDLE).with_context(|| format!("`{OPENING}` without `{MIDDLE}`"))?;
         let (_, rest) = rest.split_once(CLOSING).with_context(|| format!("{what}: no `{CLOSING}`"))?;
-        text += &format!("{OPENING}{what}{MIDDLE}{}{CLOSING}{rest}", figure(what, summary)?);
+        for piece in [OPENING, what, MIDDLE, &figure(what, summary)?, CLOSING, rest] {
+            text.push_str(piece);
+        }
     }
     Ok(text)
 }
