@@ -334,6 +334,12 @@ mod tests {
     }
 
     #[test]
+    fn the_built_in_preset_is_the_stage_that_the_scenarios_drive() {
+        let preset = read("m", "m", &text()).unwrap();
+        assert_eq!(preset.controller.settings, StageSettings::default());
+    }
+
+    #[test]
     fn an_unknown_preset_names_the_nearest() {
         let failure = load("microscop-100").unwrap_err();
         assert_eq!(failure.status(), 2);

@@ -42,6 +42,8 @@ pub enum Refusal {
     NotHomed,
     /// A fault wants a reset first.
     InFault(Fault),
+    /// The stage has no such axis.
+    NoSuchAxis(usize),
     /// The target lies outside the travel.
     OutOfTravel {
         /// Which axis.
@@ -67,6 +69,7 @@ impl fmt::Display for Refusal {
             Self::DrivesOff => write!(f, "the drives are off; home or enable first"),
             Self::NotHomed => write!(f, "the zero is not known; home first"),
             Self::InFault(fault) => write!(f, "the stage is in a fault ({fault}); reset first"),
+            Self::NoSuchAxis(axis) => write!(f, "the stage has no axis number {axis}"),
             Self::OutOfTravel { axis, asked, low, high } => write!(
                 f,
                 "{} = {} mm is outside the travel {} … {} mm",

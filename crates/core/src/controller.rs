@@ -143,14 +143,12 @@ impl<const N: usize> Controller<N> {
     /// Puts an error map in use, or none; the stage does not move by it.
     ///
     /// # Errors
-    /// While the stage moves.
+    /// While the stage moves, and for an axis that it does not have.
     pub fn set_error_map(&mut self, axis: usize, map: Option<ErrorMap>) -> Result<(), Refusal> {
         if self.state.is_busy() {
             return Err(Refusal::Busy(self.state));
         }
-        if let Some(axis) = self.axes.get_mut(axis) {
-            axis.map = map;
-        }
+        self.axes.get_mut(axis).ok_or(Refusal::NoSuchAxis(axis))?.map = map;
         if self.state == State::Ready {
             // The table stays; the place where it stands gets its true name.
             self.hold_set_point();
@@ -205,7 +203,9 @@ impl<const N: usize> Controller<N> {
             let place = axis.stage_from_scale(axis.sensed.position);
             let watch = Watch { set_point: axis.set_point, place, on, homing, homed: axis.homed };
             // Every guard runs every tick: they remember.
-            fault = fault.or(axis.guard.judge(number, &axis.sensed, &watch, &axis.config.guard));
+            let found = axis.guard.judge(number, &axis.sensed, &watch, &axis.config.guard);
+            axis.doubt_the_zero(found, on);
+            fault = Fault::worse(fault, found);
         }
         if let Some(fault) = fault {
             self.fail(fault);
@@ -526,6 +526,14 @@ impl Axis {
         self.glide = Glide::default();
     }
 
+    /// Counts may be missing after an encoder was lost, or when it was disturbed while nobody looked.
+    fn doubt_the_zero(&mut self, found: Option<Fault>, on: bool) {
+        let lost = matches!(found, Some(Fault::EncoderLost { .. } | Fault::EncoderIllegal { .. }));
+        if lost || (!on && self.sensed.illegal > 0) {
+            self.homed = false;
+        }
+    }
+
     fn has_homed(&self) -> bool {
         self.homing.is_some_and(|homing| homing.found().is_some()) && self.glide.ramp.is_at_rest()
     }
@@ -541,7 +549,7 @@ impl Axis {
         let last = self.found.replace(found);
         self.home = HomeReport {
             count: self.home.count.saturating_add(1),
-            zero_shift: self.homed.then_some(shift),
+            zero_shift: last.is_some().then_some(shift),
             switch,
             switch_shift: last.map(|last| switch - (last.switch - last.zero).to_pos(count_pm)),
         };

@@ -216,6 +216,7 @@ impl<const N: usize> StageSettings<N> {
         for (number, axis) in self.axes.iter().enumerate() {
             axis.check(number)?;
             axis.check_gains(number, self.tick_hz)?;
+            axis.check_ticks(number, self.tick_hz)?;
         }
         Ok(Config {
             axes: self.axes.map(|axis| axis.build(self.tick_hz)),
@@ -275,8 +276,29 @@ impl AxisSettings {
         {
             let accepted = "smaller: with this step_um and tick_hz the servo cannot hold it";
             check(Some(number), key, value, gain <= f64::from(i32::MAX), accepted)?;
+            let accepted =
+                "0 or larger: with this step_um and tick_hz the servo would round it by 5 % or more";
+            check(Some(number), key, value, gain == 0.0 || gain >= 10.0, accepted)?;
         }
         Ok(())
+    }
+
+    /// Durations and accelerations that the integers of plan and ramp cannot hold are refused, not clamped.
+    fn check_ticks(&self, number: usize, tick_hz: f64) -> Result<(), DesignError> {
+        let axis = Some(number);
+        let (v, a, j) = (self.speed_mm_s, self.acceleration_mm_s2, self.jerk_mm_s3);
+        let accepted = "larger: its phase would be longer than 65536 ticks";
+        check(axis, "jerk_mm_s3", j, a / j * tick_hz <= 65_536.0, accepted)?;
+        let accepted = "larger: full speed would be reached after more than 262144 ticks";
+        check(axis, "acceleration_mm_s2", a, v / a * tick_hz <= 262_144.0, accepted)?;
+        // The diagonal of a square travel is the longest way.
+        let way = 1.5 * (self.travel_high_mm - self.travel_low_mm);
+        let accepted = "larger: a move over the travel would take more than 16777216 ticks";
+        check(axis, "speed_mm_s", v, way / v * tick_hz <= 16_777_216.0, accepted)?;
+        let limits = self.limits(tick_hz);
+        let accepted = "smaller, or tick_hz larger: its part of a tick does not fit the ramp";
+        check(axis, "acceleration_mm_s2", a, glide(limits.acceleration) <= 1 << 31, accepted)?;
+        check(axis, "jerk_mm_s3", j, glide(limits.jerk) <= 1 << 31, accepted)
     }
 
     /// Kp, Ki, Kd as speeds of the servo per picometre.
@@ -409,7 +431,14 @@ mod tests {
     fn the_default_stage_builds_and_bad_settings_are_named() {
         let good = StageSettings::<2>::default();
         assert!(good.build().is_ok());
-        let cases: [(&str, Spoil); 8] = [
+        let cases: [(&str, Spoil); 11] = [
+            ("acceleration_mm_s2", |s| s.tick_hz = 1000.0),
+            ("speed_mm_s", |s| {
+                s.axes[0].speed_mm_s = 0.05;
+                s.axes[0].home_fast_mm_s = 0.05;
+                s.axes[0].home_slow_mm_s = 0.01;
+            }),
+            ("ki_per_s2", |s| s.axes[0].ki_per_s2 = 0.05),
             ("jerk_mm_s3", |s| s.axes[1].jerk_mm_s3 = f64::NAN),
             ("tick_hz", |s| s.tick_hz = -1.0),
             ("kp_per_s", |s| s.axes[0].kp_per_s = 30_000.0),

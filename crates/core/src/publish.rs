@@ -109,6 +109,16 @@ pub enum Fault {
 }
 
 impl Fault {
+    /// The one that decides how to stop, of two in the same tick: whatever must be cut comes before what may brake.
+    #[must_use]
+    pub const fn worse(first: Option<Self>, second: Option<Self>) -> Option<Self> {
+        match (first, second) {
+            (Some(one), Some(other)) if one.allows_braking() && !other.allows_braking() => Some(other),
+            (Some(one), _) => Some(one),
+            (None, other) => other,
+        }
+    }
+
     /// Whether the stage may brake on its path before it is switched off. Everything else is cut in the same tick.
     pub const fn allows_braking(&self) -> bool {
         matches!(self, Self::HostGone | Self::SoftLimit { .. } | Self::Homing { .. })
@@ -146,7 +156,7 @@ impl fmt::Display for Fault {
 pub struct HomeReport {
     /// How many homings since power-on.
     pub count: u32,
-    /// How far the zero lies from where it was, if it was known: counts lost or gained since.
+    /// How far the zero lies from where the last homing found it: counts lost or gained since.
     pub zero_shift: Option<Pos>,
     /// Position of the switch from the zero.
     pub switch: Pos,

@@ -140,15 +140,17 @@ impl Scale {
         self.index_count = floor(nominal + jitter);
     }
 
-    /// A disturbance shorter than the filter on one line.
+    /// A disturbance on one of the two lines, of 1 to 20 clocks: shorter than the filter or longer.
     pub fn glitch(&mut self) {
         if !self.connected {
             return;
         }
         let (a, b) = levels(self.count);
-        self.counter.edge(self.clock, !a, b, self.count == self.index_count);
-        self.clock += 1;
-        self.counter.edge(self.clock, a, b, self.count == self.index_count);
+        let on_a = self.noise.chance(0.5);
+        let index = self.count == self.index_count;
+        self.counter.edge(self.clock, a ^ on_a, b ^ !on_a, index);
+        self.clock += self.noise.uniform(1.0, 21.0) as u64;
+        self.counter.edge(self.clock, a, b, index);
     }
 
     /// What a tick reads.

@@ -60,13 +60,13 @@ impl Stepper {
         }
     }
 
-    /// Switches the current on or off. Switched on, the field starts at the tooth that is nearest to the rotor.
+    /// Switches the current on or off. Switched on, the field starts at the electrical turn nearest to the rotor.
     pub fn energise(&mut self, on: bool, pulses: i32) {
         if on && !self.energised {
             self.aligned_pulses = pulses;
-            // The driver's table starts at a full step: the rotor jumps there, up to two full steps away.
-            let full_steps = (self.angle / (self.pulse * self.microsteps as f64)).round() as i64;
-            self.aligned_field = full_steps * self.microsteps;
+            // The driver's table starts at one electrical angle: the rotor jumps there, up to two full steps away.
+            let turn = 4 * self.microsteps;
+            self.aligned_field = (self.angle / (self.pulse * turn as f64)).round() as i64 * turn;
         }
         self.energised = on;
     }

@@ -22,7 +22,7 @@ const REST_MM_S: f64 = 0.05;
 /// Rest of so many ticks ends a move.
 const REST_TICKS: u32 = 100;
 /// Way over which a new random place is taken, µm.
-const RANDOM_WAY_UM: f64 = 20.0;
+const RANDOM_WAY_UM: f64 = 1.0;
 
 /// Something that happens to a stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -340,8 +340,16 @@ impl Twin {
             Event::LoseSwitch { axis } => self.axes[axis].low.shift(-1e9),
             Event::EmergencyStop { pressed } => self.emergency_stop = pressed,
             Event::DriveFault { axis, faulty } => self.axes[axis].drive_fault = faulty,
-            Event::SkipTicks { ticks } => self.tick = self.tick.wrapping_add(ticks),
+            Event::SkipTicks { ticks } => self.go_on_alone(ticks),
             Event::HostSilent { silent } => self.heartbeat_age = silent.then_some(0),
+        }
+    }
+
+    /// The controller sleeps; the stage goes on with what it was told last, and what it shows meanwhile is lost.
+    fn go_on_alone(&mut self, ticks: u32) {
+        let outputs = self.outputs;
+        for _ in 0..ticks {
+            self.step(&outputs);
         }
     }
 
