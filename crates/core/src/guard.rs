@@ -160,3 +160,103 @@ pub fn judge_shared<const N: usize>(
     let gone = host_timeout_ticks != 0 && inputs.heartbeat_age > host_timeout_ticks;
     gone.then_some(Fault::HostGone)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CONFIG: Config = Config {
+        low: Pos::from_pm(-900_000_000),
+        high: Pos::from_pm(100_900_000_000),
+        following_error: Pos::from_pm(150_000_000),
+        encoder_lost: Pos::from_pm(40_000_000),
+        stall: Pos::from_pm(80_000_000),
+        step_pm: 312_500,
+        count_pm: 100_000,
+        illegal_transitions: 8,
+    };
+    const WATCH: Watch =
+        Watch { set_point: Pos::ZERO, place: Pos::ZERO, on: true, homing: false, homed: true };
+
+    /// The first trip of an axis that shows this tick after tick.
+    fn trip(ticks: i32, sensed: impl Fn(i32) -> Sensed, watch: &Watch) -> Option<Fault> {
+        let mut guard = Guard::default();
+        (0..ticks).find_map(|tick| guard.judge(0, &sensed(tick), watch, &CONFIG))
+    }
+
+    fn at_rest(_: i32) -> Sensed {
+        Sensed::default()
+    }
+
+    #[test]
+    fn a_quiet_axis_never_trips() {
+        assert_eq!(trip(10_000, at_rest, &WATCH), None);
+    }
+
+    #[test]
+    fn each_limit_trips_beyond_it_and_not_at_it() {
+        let watch = |set_point| Watch { set_point, ..WATCH };
+        assert_eq!(trip(5, at_rest, &watch(CONFIG.following_error)), None);
+        let error = CONFIG.following_error + Pos::from_pm(1);
+        assert_eq!(trip(5, at_rest, &watch(error)), Some(Fault::FollowingError { axis: 0, error }));
+        let watch = |place| Watch { place, ..WATCH };
+        for end in [CONFIG.low, CONFIG.high] {
+            assert_eq!(trip(5, at_rest, &watch(end)), None);
+        }
+        for position in [CONFIG.low - Pos::from_pm(1), CONFIG.high + Pos::from_pm(1)] {
+            assert_eq!(trip(5, at_rest, &watch(position)), Some(Fault::SoftLimit { axis: 0, position }));
+            assert_eq!(trip(5, at_rest, &Watch { homed: false, ..watch(position) }), None);
+            assert_eq!(trip(5, at_rest, &Watch { homing: true, ..watch(position) }), None);
+        }
+    }
+
+    #[test]
+    fn illegal_transitions_trip_on_or_off() {
+        let disturbed = |tick| Sensed { illegal: u16::from(tick < 9), ..Sensed::default() };
+        let fault = Some(Fault::EncoderIllegal { axis: 0, transitions: 9 });
+        assert_eq!(trip(50, disturbed, &WATCH), fault);
+        assert_eq!(trip(50, disturbed, &Watch { on: false, ..WATCH }), fault);
+        let seldom = |tick| Sensed { illegal: u16::from(tick % 64 == 0), ..Sensed::default() };
+        assert_eq!(trip(5000, seldom, &WATCH), None);
+    }
+
+    #[test]
+    fn pulses_without_counts_are_a_lost_encoder_and_with_too_few_a_stall() {
+        let frozen = |tick| Sensed { pulses: tick, ..Sensed::default() };
+        assert_eq!(trip(128, frozen, &WATCH), None);
+        assert_eq!(trip(140, frozen, &WATCH), Some(Fault::EncoderLost { axis: 0 }));
+        let slipping = |tick| Sensed { pulses: 2 * tick, moved: 1, ..Sensed::default() };
+        assert_eq!(trip(400, slipping, &WATCH), Some(Fault::Stall { axis: 0 }));
+        // 312.5 nm and 3.125 counts a pulse, as it should be: 25 counts for 8 pulses.
+        let sound = |tick: i32| Sensed {
+            pulses: tick,
+            moved: i64::from((tick + 1) * 25 / 8 - tick * 25 / 8),
+            ..Sensed::default()
+        };
+        assert_eq!(trip(100_000, sound, &WATCH), None);
+        assert_eq!(trip(400, frozen, &Watch { on: false, ..WATCH }), None);
+    }
+
+    #[test]
+    fn switches_trip_in_motion_and_lead_homing() {
+        let low = |_| Sensed { limit_low: true, ..Sensed::default() };
+        let high = |_| Sensed { limit_high: true, ..Sensed::default() };
+        let homing = Watch { homing: true, ..WATCH };
+        assert_eq!(trip(1, low, &WATCH), Some(Fault::LimitSwitch { axis: 0, end: End::Low }));
+        assert_eq!(trip(1, high, &WATCH), Some(Fault::LimitSwitch { axis: 0, end: End::High }));
+        assert_eq!(trip(9, low, &homing), None);
+        // Homing may begin on the high switch, but not come back to it.
+        assert_eq!(trip(9, high, &homing), None);
+        let comes_back = |tick| Sensed { limit_high: tick != 4, ..Sensed::default() };
+        assert_eq!(trip(9, comes_back, &homing), Some(Fault::LimitSwitch { axis: 0, end: End::High }));
+    }
+
+    #[test]
+    fn a_cut_comes_before_a_brake() {
+        let (brake, cut) = (Fault::HostGone, Fault::DriveFault { axis: 1 });
+        assert_eq!(Fault::worse(Some(brake), Some(cut)), Some(cut));
+        assert_eq!(Fault::worse(Some(cut), Some(brake)), Some(cut));
+        assert_eq!(Fault::worse(None, Some(brake)), Some(brake));
+        assert_eq!(Fault::worse(Some(cut), None), Some(cut));
+    }
+}

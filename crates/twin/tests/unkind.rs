@@ -4,7 +4,9 @@
 
 mod common;
 
-use abbe_core::{Command, Pos};
+use abbe_core::edge::{Actuation, AxisOutputs, StepRate};
+use abbe_core::{Command, Outputs, Pos};
+use abbe_twin::Twin;
 use abbe_twin::instruments::Interferometer;
 use common::{PRESET, Stage, plant};
 
@@ -167,4 +169,13 @@ fn each_set_up_of_the_interferometer_errs_a_little_differently() {
     // Cosine: 98 mm · (0.5 mrad)² = 24.5 nm too short on the mean; air: ±0.3 ppm, 17 nm rms; noise 20 nm, twice.
     assert!((-0.05..-0.01).contains(&mean), "{mean}");
     assert!((0.03..0.055).contains(&spread), "{spread}");
+}
+
+#[test]
+fn what_is_put_out_and_what_is_seen_are_each_a_tick_late() {
+    let mut twin = Twin::standing_at(&plant(), 1e4, 8, [50.0, 50.0]);
+    let five = AxisOutputs { actuation: Actuation::Steps(StepRate(5 << 16)), piezo: 0, enable: true };
+    let outputs = Outputs { axes: [five; 2], ..Outputs::OFF };
+    let seen: Vec<i32> = (0..6).map(|_| twin.step(&outputs).axes[0].pulses).collect();
+    assert_eq!(seen, [0, 0, 5, 10, 15, 20]);
 }

@@ -125,3 +125,65 @@ impl Homing {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CONFIG: Config = Config {
+        fast: 1000,
+        slow: 50,
+        search: Pos::from_pm(115_000_000_000),
+        back_off: Pos::from_pm(500_000_000),
+        index_search: Pos::from_pm(5_000_000_000),
+        zero_from_index: Counts::ZERO,
+    };
+
+    fn at(mm: f64, limit_low: bool) -> Sensed {
+        let position = Pos::from_mm(mm);
+        Sensed { position, raw: Counts::new(position.pm() / 100_000), limit_low, ..Sensed::default() }
+    }
+
+    /// Walks through places; the speed of each tick, or what was missing.
+    fn walk(places: &[Sensed]) -> Result<Vec<i64>, HomingFailure> {
+        let mut homing = Homing::new(&places[0]);
+        places.iter().map(|sensed| homing.tick(sensed, &CONFIG)).collect()
+    }
+
+    #[test]
+    fn goes_fast_backs_off_goes_slowly_and_takes_the_mark() {
+        let mark = Sensed { index: Some(Counts::new(7)), ..at(0.1, false) };
+        let places = [
+            at(3.0, false),
+            at(-2.0, true),
+            at(-1.9, false),
+            at(-1.3, false),
+            at(-2.0, true),
+            at(-1.0, false),
+            mark,
+        ];
+        assert_eq!(walk(&places), Ok(vec![-1000, 1000, 1000, -50, 50, 50, 0]));
+        let mut homing = Homing::new(&places[0]);
+        for sensed in &places {
+            homing.tick(sensed, &CONFIG).unwrap();
+        }
+        let found = Found { zero: Counts::new(7), switch: Counts::new(-20_000) };
+        assert_eq!(homing.found(), Some(found));
+    }
+
+    #[test]
+    fn a_mark_passed_on_the_way_to_the_switch_is_not_taken() {
+        let mark = Sensed { index: Some(Counts::new(7)), ..at(0.0, false) };
+        assert_eq!(walk(&[at(3.0, false), mark, at(-1.0, false)]), Ok(vec![-1000, -1000, -1000]));
+    }
+
+    #[test]
+    fn what_is_missing_is_named() {
+        assert_eq!(walk(&[at(3.0, false), at(-112.1, false)]), Err(HomingFailure::SwitchNotFound));
+        assert_eq!(walk(&[at(-2.0, true), at(113.1, true)]), Err(HomingFailure::SwitchStuck));
+        let places = [at(-2.0, true), at(-1.9, false), at(-1.3, false), at(-2.0, true), at(3.1, false)];
+        assert_eq!(walk(&places), Err(HomingFailure::IndexNotFound));
+        let places = [at(-2.0, true), at(-1.9, false), at(-1.3, false), at(-117.0, false)];
+        assert_eq!(walk(&places), Err(HomingFailure::SwitchNotFound));
+    }
+}
