@@ -246,6 +246,7 @@ fn the_same_inputs_and_commands_give_the_same_outputs() {
     }
     let mut again = Controller::new(*bench.controller.config());
     again.tick(&Inputs { tick: script[0].1.tick - 1, ..Bench::new().plant.step(&Outputs::OFF) });
+    let mut trace = Fnv::default();
     for (command, inputs, outputs, status) in script {
         if let Some(command) = command {
             _ = again.command(command);
@@ -253,6 +254,33 @@ fn the_same_inputs_and_commands_give_the_same_outputs() {
         assert_eq!(again.tick(&inputs), outputs);
         background::advance(&mut again);
         assert_eq!(again.status(), status);
+        for axis in outputs.axes {
+            let Actuation::Steps(StepRate(rate)) = axis.actuation else { unreachable!() };
+            trace.add(&rate.to_le_bytes());
+            trace.add(&[u8::from(axis.enable)]);
+        }
+    }
+    // The same on every machine. It changes only when the controller is meant to behave differently.
+    assert_eq!(trace.0, GOLDEN, "{:#018x}", trace.0);
+}
+
+/// Hash of all outputs of the run above.
+const GOLDEN: u64 = 0x8dcf_34c4_0023_0095;
+
+/// FNV-1a, 64 bit.
+struct Fnv(u64);
+
+impl Default for Fnv {
+    fn default() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+}
+
+impl Fnv {
+    fn add(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
     }
 }
 
