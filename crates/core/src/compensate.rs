@@ -5,6 +5,7 @@
 //! iterated: c ← p − e(c), a contraction because an accepted map has |de/dx| ≤ 5 %.
 
 use crate::units::{InMm, Pos};
+use crate::wide;
 use core::fmt;
 
 /// log₂ of the distance of two nodes in picometres: 0.537 mm.
@@ -79,17 +80,19 @@ impl ErrorMap {
     }
 
     /// e(c) at the reading `c`; constant beyond the ends.
+    #[inline]
     pub fn error_at(&self, reading: Pos) -> Pos {
-        let along = (reading - self.low).pm().max(0);
-        let interval = usize::try_from(along >> INTERVAL_BITS).unwrap_or(usize::MAX);
+        let along = reading.pm().saturating_sub(self.low.pm());
+        let interval = (along >> INTERVAL_BITS).max(0) as usize;
         let (Some(&left), Some(&right)) =
             (self.nodes.get(interval), self.nodes.get(interval.saturating_add(1)))
         else {
             return Pos::from_pm(self.nodes.last().map_or(0, |&end| i64::from(end)));
         };
-        let fraction = along & ((1 << INTERVAL_BITS) - 1);
-        let rise = i64::from(right).saturating_sub(i64::from(left));
-        Pos::from_pm(i64::from(left).saturating_add(rise.saturating_mul(fraction) >> INTERVAL_BITS))
+        // Below the first node nothing rises.
+        let fraction = if along < 0 { 0 } else { (along & ((1 << INTERVAL_BITS) - 1)) as i32 };
+        let rise = wide::mul_i32(right.wrapping_sub(left), fraction) >> INTERVAL_BITS;
+        Pos::from_pm(i64::from(left.wrapping_add(rise as i32)))
     }
 
     /// The place of the table at the reading `c`.
@@ -99,7 +102,12 @@ impl ErrorMap {
 
     /// The reading at which the table is at `place`, to a picometre or two.
     pub fn scale_from_stage(&self, place: Pos) -> Pos {
-        let mut reading = place;
+        self.scale_from_stage_near(place, place)
+    }
+
+    /// The same, begun at a reading that is nearly right: from one tick to the next two evaluations are enough.
+    pub fn scale_from_stage_near(&self, place: Pos, near: Pos) -> Pos {
+        let mut reading = near;
         for _ in 0..ITERATIONS {
             let next = place - self.error_at(reading);
             if next == reading {

@@ -22,12 +22,16 @@ struct Axis {
     sense: Sense,
     guard: Guard,
     map: Option<ErrorMap>,
+    /// Readings at the ends of the travel, margin included.
+    travel: [Pos; 2],
     servo: IncrementalPid,
     drive: StepDrive,
     homing: Option<Homing>,
     glide: Glide,
     /// Set-point of the last tick, scale frame.
     set_point: Pos,
+    /// The same in the stage frame, if it was made from there.
+    place: Pos,
     homed: bool,
     found: Option<Found>,
     home: HomeReport,
@@ -100,6 +104,7 @@ impl<const N: usize> Controller<N> {
     }
 
     /// One tick, at the servo rate; bounded time, never fails.
+    #[inline(never)]
     pub fn tick(&mut self, inputs: &Inputs<N>) -> Outputs<N> {
         self.sense(inputs);
         self.guard(inputs);
@@ -148,7 +153,7 @@ impl<const N: usize> Controller<N> {
         if self.state.is_busy() {
             return Err(Refusal::Busy(self.state));
         }
-        self.axes.get_mut(axis).ok_or(Refusal::NoSuchAxis(axis))?.map = map;
+        self.axes.get_mut(axis).ok_or(Refusal::NoSuchAxis(axis))?.set_map(map);
         if self.state == State::Ready {
             // The table stays; the place where it stands gets its true name.
             self.hold_set_point();
@@ -183,16 +188,18 @@ impl<const N: usize> Controller<N> {
 
     // ---- sense -------------------------------------------------------------------------------------------------
 
+    #[inline(never)]
     fn sense(&mut self, inputs: &Inputs<N>) {
         for (axis, inputs) in self.axes.iter_mut().zip(&inputs.axes) {
             axis.sensed = axis.sense.read(inputs, &axis.config.sense);
-            axis.illegal = axis.illegal.saturating_add(u32::from(axis.sensed.illegal));
-            axis.glitches = axis.glitches.saturating_add(u32::from(axis.sensed.glitches));
+            axis.illegal = axis.illegal.wrapping_add(u32::from(axis.sensed.illegal));
+            axis.glitches = axis.glitches.wrapping_add(u32::from(axis.sensed.glitches));
         }
     }
 
     // ---- guard -------------------------------------------------------------------------------------------------
 
+    #[inline(never)]
     fn guard(&mut self, inputs: &Inputs<N>) {
         let expected = self.last_tick.map(|tick| tick.wrapping_add(1));
         self.last_tick = Some(inputs.tick);
@@ -200,12 +207,11 @@ impl<const N: usize> Controller<N> {
         let mut fault = guard::judge_shared(inputs, expected, host_timeout);
         let (on, homing) = (self.state.is_on(), self.axes.iter().any(|axis| axis.homing.is_some()));
         for (number, axis) in self.axes.iter_mut().enumerate() {
-            let place = axis.stage_from_scale(axis.sensed.position);
-            let watch = Watch { set_point: axis.set_point, place, on, homing, homed: axis.homed };
             // Every guard runs every tick: they remember.
-            let found = axis.guard.judge(number, &axis.sensed, &watch, &axis.config.guard);
-            axis.doubt_the_zero(found, on);
-            fault = Fault::worse(fault, found);
+            let found = axis.guard(number, on, homing);
+            if found.is_some() {
+                fault = Fault::worse(fault, found);
+            }
         }
         if let Some(fault) = fault {
             self.fail(fault);
@@ -225,6 +231,7 @@ impl<const N: usize> Controller<N> {
 
     // ---- machine -----------------------------------------------------------------------------------------------
 
+    #[inline(never)]
     fn machine(&mut self, tick: u32) {
         match self.state {
             State::Homing => self.home(),
@@ -433,6 +440,7 @@ impl<const N: usize> Controller<N> {
 
     // ---- plan --------------------------------------------------------------------------------------------------
 
+    #[inline(never)]
     fn plan(&mut self, tick: u32) -> [Pos; N] {
         for axis in &mut self.axes {
             axis.glide();
@@ -442,17 +450,19 @@ impl<const N: usize> Controller<N> {
 
     // ---- compensate --------------------------------------------------------------------------------------------
 
+    #[inline(never)]
     fn compensate(&mut self, stage: &[Pos; N]) {
         let following_path = self.state.is_on();
         for (axis, &place) in self.axes.iter_mut().zip(stage) {
             if following_path && axis.homing.is_none() {
-                axis.set_point = axis.scale_from_stage(place);
+                axis.follow(place);
             }
         }
     }
 
     // ---- servo -------------------------------------------------------------------------------------------------
 
+    #[inline(never)]
     fn servo(&mut self) -> [i64; N] {
         let mut speeds = [0; N];
         for (speed, axis) in speeds.iter_mut().zip(&mut self.axes) {
@@ -467,6 +477,7 @@ impl<const N: usize> Controller<N> {
 
     // ---- drive -------------------------------------------------------------------------------------------------
 
+    #[inline(never)]
     fn drive(&mut self, speeds: &[i64; N]) -> Outputs<N> {
         let mut outputs = Outputs::OFF;
         let on = self.state.is_on();
@@ -478,21 +489,18 @@ impl<const N: usize> Controller<N> {
 
     // ---- publish -----------------------------------------------------------------------------------------------
 
+    #[inline(never)]
     fn publish(&mut self, tick: u32) {
-        let mut axes = [AxisStatus::default(); N];
-        for ((status, axis), (&target, &set_point)) in
-            axes.iter_mut().zip(&self.axes).zip(self.target.iter().zip(&self.path.set_point()))
-        {
-            *status = axis.status(target, set_point);
+        let status = &mut self.status;
+        status.tick = tick;
+        status.state = self.state;
+        status.fault = self.fault;
+        status.move_number = self.move_number;
+        status.last_move = self.last_move;
+        let places = self.target.iter().zip(self.path.places());
+        for ((status, axis), (&target, &set_point)) in status.axes.iter_mut().zip(&self.axes).zip(places) {
+            axis.publish(status, target, set_point);
         }
-        self.status = Status {
-            tick,
-            state: self.state,
-            fault: self.fault,
-            move_number: self.move_number,
-            last_move: self.last_move,
-            axes,
-        };
     }
 }
 
@@ -503,11 +511,13 @@ impl Axis {
             sense: Sense::default(),
             guard: Guard::default(),
             map: None,
+            travel: [config.low - config.margin, config.high + config.margin],
             servo: IncrementalPid::default(),
             drive: StepDrive::default(),
             homing: None,
             glide: Glide::default(),
             set_point: Pos::ZERO,
+            place: Pos::ZERO,
             homed: false,
             found: None,
             home: HomeReport::default(),
@@ -526,12 +536,32 @@ impl Axis {
         self.glide = Glide::default();
     }
 
+    fn guard(&mut self, number: usize, on: bool, homing: bool) -> Option<Fault> {
+        let watch = Watch { set_point: self.set_point, travel: self.travel, on, homing, homed: self.homed };
+        let found = self.guard.judge(number, &self.sensed, &watch, &self.config.guard);
+        if found.is_some() || self.sensed.illegal > 0 {
+            self.doubt_the_zero(found, on);
+        }
+        found.map(|fault| match fault {
+            Fault::SoftLimit { axis, position } => {
+                Fault::SoftLimit { axis, position: self.stage_from_scale(position) }
+            }
+            fault => fault,
+        })
+    }
+
     /// Counts may be missing after an encoder was lost, or when it was disturbed while nobody looked.
     fn doubt_the_zero(&mut self, found: Option<Fault>, on: bool) {
         let lost = matches!(found, Some(Fault::EncoderLost { .. } | Fault::EncoderIllegal { .. }));
         if lost || (!on && self.sensed.illegal > 0) {
             self.homed = false;
         }
+    }
+
+    fn set_map(&mut self, map: Option<ErrorMap>) {
+        self.map = map;
+        let (low, high) = (self.config.low - self.config.margin, self.config.high + self.config.margin);
+        self.travel = [low, high].map(|end| self.map.as_ref().map_or(end, |map| map.scale_from_stage(end)));
     }
 
     fn has_homed(&self) -> bool {
@@ -543,7 +573,7 @@ impl Axis {
             return;
         };
         let count_pm = self.config.sense.count_pm;
-        let before = self.sense.set_origin(found.zero);
+        let before = self.sense.set_origin(found.zero, &self.config.sense);
         let shift = (found.zero - before).to_pos(count_pm);
         let switch = (found.switch - found.zero).to_pos(count_pm);
         let last = self.found.replace(found);
@@ -578,25 +608,31 @@ impl Axis {
         self.map.as_ref().map_or(reading, |map| map.stage_from_scale(reading))
     }
 
-    fn scale_from_stage(&self, place: Pos) -> Pos {
-        self.map.as_ref().map_or(place, |map| map.scale_from_stage(place))
+    /// Puts the set-point where the scale reads when the table is at `place`.
+    fn follow(&mut self, place: Pos) {
+        // From one tick to the next the reading goes about as far as the table.
+        let near = self.set_point + (place - self.place);
+        self.place = place;
+        self.set_point = self.map.as_ref().map_or(place, |map| map.scale_from_stage_near(place, near));
     }
 
-    fn status(&self, target: Pos, set_point: Pos) -> AxisStatus {
-        AxisStatus {
-            position: self.stage_from_scale(self.sensed.position),
-            set_point,
-            target,
-            reading: self.sensed.position,
-            following_error: self.set_point - self.sensed.position,
-            in_window: self.is_inside(),
-            homed: self.homed,
-            mapped: self.map.is_some(),
-            limit_low: self.sensed.limit_low,
-            limit_high: self.sensed.limit_high,
-            illegal: self.illegal,
-            glitches: self.glitches,
-            home: self.home,
+    fn publish(&self, status: &mut AxisStatus, target: Pos, set_point: Pos) {
+        let reading = self.sensed.position;
+        let following_error = self.set_point - reading;
+        status.position = self.stage_from_scale(reading);
+        status.set_point = set_point;
+        status.target = target;
+        status.reading = reading;
+        status.following_error = following_error;
+        status.in_window = following_error.abs() <= self.config.window;
+        status.homed = self.homed;
+        status.mapped = self.map.is_some();
+        status.limit_low = self.sensed.limit_low;
+        status.limit_high = self.sensed.limit_high;
+        status.illegal = self.illegal;
+        status.glitches = self.glitches;
+        if status.home.count != self.home.count {
+            status.home = self.home;
         }
     }
 }

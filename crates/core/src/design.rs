@@ -126,6 +126,8 @@ pub struct AxisConfig {
     pub low: Pos,
     /// Highest target, stage frame.
     pub high: Pos,
+    /// How far beyond both the table may be before the stage brakes.
+    pub margin: Pos,
     /// In-position window.
     pub window: Pos,
 }
@@ -334,28 +336,26 @@ impl AxisSettings {
     }
 
     fn build(&self, tick_hz: f64) -> AxisConfig {
-        let margin = Pos::from_mm(self.travel_margin_mm);
         let (low, high) = (Pos::from_mm(self.travel_low_mm), Pos::from_mm(self.travel_high_mm));
         let limits = self.limits(tick_hz);
         AxisConfig {
             sense: self.sense(tick_hz),
             guard: guard::Config {
-                low: low - margin,
-                high: high + margin,
                 following_error: Pos::from_um(self.following_error_um),
-                encoder_lost: Pos::from_um(self.encoder_lost_um),
+                encoder_lost_pulses: libm::floor(self.encoder_lost_um / self.step_um) as u32,
                 stall: Pos::from_um(self.stall_um),
-                step_pm: Pos::from_um(self.step_um).pm(),
-                count_pm: Pos::from_um(self.count_um).pm(),
+                step_pm: Pos::from_um(self.step_um).pm() as i32,
+                count_pm: Pos::from_um(self.count_um).pm() as i32,
                 illegal_transitions: self.illegal_transitions,
             },
             homing: self.homing(tick_hz),
             servo: self.servo(tick_hz),
             drive: self.drive(tick_hz),
-            glide: RampLimits { acceleration: glide(limits.acceleration), jerk: glide(limits.jerk) },
+            glide: RampLimits::new(glide(limits.acceleration), glide(limits.jerk)),
             limits,
             low,
             high,
+            margin: Pos::from_mm(self.travel_margin_mm),
             window: Pos::from_um(self.in_position_um),
         }
     }
@@ -363,7 +363,7 @@ impl AxisSettings {
     fn sense(&self, tick_hz: f64) -> sense::Config {
         let ticks = |ms: f64| libm::ceil(ms * 1e-3 * tick_hz).clamp(1.0, 65_535.0) as u16;
         sense::Config {
-            count_pm: Pos::from_um(self.count_um).pm(),
+            count_pm: Pos::from_um(self.count_um).pm() as i32,
             switch_press_ticks: ticks(self.switch_press_ms),
             switch_release_ticks: ticks(self.switch_release_ms),
         }

@@ -2,12 +2,13 @@
 
 use crate::edge::AxisInputs;
 use crate::units::{Counts, Pos};
+use crate::wide;
 
 /// What sensing an axis needs to know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Config {
     /// One count after 4× decoding, picometres.
-    pub count_pm: i64,
+    pub count_pm: i32,
     /// Ticks that a switch must be pressed before it is believed.
     pub switch_press_ticks: u16,
     /// Ticks that a switch must be free before it is believed; longer than it bounces.
@@ -22,7 +23,7 @@ pub struct Sensed {
     /// The counter extended to 64 bit, from power-on.
     pub raw: Counts,
     /// Counts since the last tick.
-    pub moved: i64,
+    pub moved: i32,
     /// Extended counter at the reference mark, when it was passed since the last tick.
     pub index: Option<Counts>,
     /// Illegal transitions since the last tick.
@@ -45,16 +46,19 @@ pub struct Sense {
     last: Option<u32>,
     raw: Counts,
     origin: Counts,
+    /// Of `raw` from `origin`, carried along: a product of the few counts of a tick is a short one.
+    position: Pos,
     low: Switch,
     high: Switch,
 }
 
 impl Sense {
     /// Reads one tick. The counter may move up to 2³¹ counts between two ticks.
+    #[inline]
     pub fn read(&mut self, inputs: &AxisInputs, config: &Config) -> Sensed {
-        let moved = self.extend(inputs.counter);
+        let moved = self.extend(inputs.counter, config);
         Sensed {
-            position: (self.raw - self.origin).to_pos(config.count_pm),
+            position: self.position,
             raw: self.raw,
             moved,
             index: inputs.index.map(|latched| self.extended(latched, inputs.counter)),
@@ -68,14 +72,20 @@ impl Sense {
     }
 
     /// Puts the zero of the scale frame at an extended count; returns where it was.
-    pub fn set_origin(&mut self, origin: Counts) -> Counts {
-        core::mem::replace(&mut self.origin, origin)
+    pub fn set_origin(&mut self, origin: Counts, config: &Config) -> Counts {
+        let before = core::mem::replace(&mut self.origin, origin);
+        self.position = (self.raw - origin).to_pos(config.count_pm);
+        before
     }
 
-    fn extend(&mut self, counter: u32) -> i64 {
+    fn extend(&mut self, counter: u32, config: &Config) -> i32 {
         let last = self.last.replace(counter).unwrap_or(counter);
-        let moved = i64::from(counter.wrapping_sub(last).cast_signed());
-        self.raw = self.raw + Counts::new(moved);
+        let moved = counter.wrapping_sub(last).cast_signed();
+        if moved != 0 {
+            // 2³¹ counts in every tick would take five days to fill 64 bits.
+            self.raw = Counts::new(self.raw.get().wrapping_add(i64::from(moved)));
+            self.position = self.position + Pos::from_pm(wide::mul_i32(moved, config.count_pm));
+        }
         moved
     }
 

@@ -3,6 +3,7 @@
 //! Inside the tick a position is an integer number of picometres: whole nanometres would quantise the speed (one
 //! nanometre a tick is 10 µm/s at 10 kHz) and the subdivision of a fine grating.
 
+use crate::wide;
 use core::fmt;
 use core::ops::{Add, Neg, Sub};
 
@@ -134,8 +135,14 @@ impl Counts {
     }
 
     /// The distance these counts stand for when one count is `count_pm` picometres.
-    pub const fn to_pos(self, count_pm: i64) -> Pos {
-        Pos(self.0.saturating_mul(count_pm))
+    pub const fn to_pos(self, count_pm: i32) -> Pos {
+        let few = self.0 as i32;
+        // Travels of real stages are a short product.
+        if few as i64 == self.0 {
+            Pos(wide::mul_i32(few, count_pm))
+        } else {
+            Pos(self.0.saturating_mul(count_pm as i64))
+        }
     }
 }
 

@@ -1,0 +1,150 @@
+//! Products wider than a word, for a processor that has none.
+//!
+//! A Cortex-M0+ multiplies 32 × 32 bit to 32. What the compiler calls for a 64-bit product costs some 80 cycles there;
+//! four products of halves cost 20. Larger processors multiply wide in one instruction and do so here. Both give the
+//! same bits (`halves_give_what_the_machine_gives`).
+
+/// Whether the processor multiplies 32 × 32 bit to 64. Of the Cortex-M family only the M0+ does not, and only it has no
+/// compare-and-swap, by which it can be told at compile time.
+const MULTIPLIES_WIDE: bool = cfg!(target_has_atomic = "32");
+
+/// `a · b`, exact.
+#[inline]
+pub const fn mul_u32(a: u32, b: u32) -> u64 {
+    if MULTIPLIES_WIDE { (a as u64).wrapping_mul(b as u64) } else { mul_u32_by_halves(a, b) }
+}
+
+#[inline]
+const fn mul_u32_by_halves(a: u32, b: u32) -> u64 {
+    let (a_low, a_high) = (a & 0xffff, a >> 16);
+    let (b_low, b_high) = (b & 0xffff, b >> 16);
+    let low = a_low.wrapping_mul(b_low);
+    // Neither sum can wrap: (2¹⁶ − 1)² + 2¹⁶ − 1 < 2³².
+    let middle = a_low.wrapping_mul(b_high).wrapping_add(low >> 16);
+    let other = a_high.wrapping_mul(b_low).wrapping_add(middle & 0xffff);
+    let high = a_high.wrapping_mul(b_high).wrapping_add(middle >> 16).wrapping_add(other >> 16);
+    ((high as u64) << 32) | ((other << 16) | (low & 0xffff)) as u64
+}
+
+/// `a · b`, exact.
+#[inline]
+pub const fn mul_i32(a: i32, b: i32) -> i64 {
+    if MULTIPLIES_WIDE { (a as i64).wrapping_mul(b as i64) } else { mul_i32_by_halves(a, b) }
+}
+
+#[inline]
+const fn mul_i32_by_halves(a: i32, b: i32) -> i64 {
+    // Two's complement: a negative factor stands for itself plus 2³², so that the other is taken off the high word.
+    let product = mul_u32_by_halves(a.cast_unsigned(), b.cast_unsigned());
+    let above = ((a >> 31) & b).wrapping_add((b >> 31) & a).cast_unsigned();
+    product.wrapping_sub((above as u64) << 32).cast_signed()
+}
+
+/// `a · b`, its low 64 bits: exact while the product fits.
+#[inline]
+pub const fn mul_u64_u32(a: u64, b: u32) -> u64 {
+    if MULTIPLIES_WIDE { a.wrapping_mul(b as u64) } else { mul_u64_u32_by_halves(a, b) }
+}
+
+#[inline]
+const fn mul_u64_u32_by_halves(a: u64, b: u32) -> u64 {
+    let high = ((a >> 32) as u32).wrapping_mul(b);
+    mul_u32_by_halves(a as u32, b).wrapping_add((high as u64) << 32)
+}
+
+/// `a · b`, its low 64 bits: exact while the product fits.
+#[inline]
+pub const fn mul_i64_i32(a: i64, b: i32) -> i64 {
+    if MULTIPLIES_WIDE { a.wrapping_mul(b as i64) } else { mul_i64_i32_by_halves(a, b) }
+}
+
+#[inline]
+const fn mul_i64_i32_by_halves(a: i64, b: i32) -> i64 {
+    let size = mul_u64_u32_by_halves(a.unsigned_abs(), b.unsigned_abs()).cast_signed();
+    if (a < 0) == (b < 0) { size } else { size.wrapping_neg() }
+}
+
+/// `way · gain / 2^shift`, rounded to nearest, halves up; `way` ≥ 0, `shift` ≤ 100, and the result fits 63 bits.
+#[inline]
+pub const fn scaled(way: i64, gain: i64, shift: u32) -> i64 {
+    if MULTIPLIES_WIDE { scaled_by_machine(way, gain, shift) } else { scaled_by_words(way, gain, shift) }
+}
+
+const fn scaled_by_machine(way: i64, gain: i64, shift: u32) -> i64 {
+    let half = (1_i128 << (shift & 127)) >> 1;
+    let product = (way as i128).wrapping_mul(gain as i128).wrapping_add(half);
+    (product >> (shift & 127)) as i64
+}
+
+const fn scaled_by_words(way: i64, gain: i64, shift: u32) -> i64 {
+    let (size, negative) = (gain.unsigned_abs(), gain < 0);
+    let way = way.cast_unsigned();
+    let (a, b) = (way as u32, (way >> 32) as u32);
+    let (c, d) = (size as u32, (size >> 32) as u32);
+    let low = mul_u32_by_halves(a, c);
+    let high = mul_u32_by_halves(b, d);
+    let (cross, over) = mul_u32_by_halves(a, d).overflowing_add(mul_u32_by_halves(b, c));
+    let (low, carry) = low.overflowing_add(cross << 32);
+    let high = high.wrapping_add(cross >> 32).wrapping_add((over as u64) << 32).wrapping_add(carry as u64);
+    // Halves go up: of a negative product that is towards zero.
+    let magnitude = shifted_and_rounded(low, high, shift, negative).cast_signed();
+    if negative { magnitude.wrapping_neg() } else { magnitude }
+}
+
+/// `(high · 2⁶⁴ + low) / 2^shift` to the nearest; a half goes up, or down where it belongs to a negative number.
+const fn shifted_and_rounded(low: u64, high: u64, shift: u32, half_goes_down: bool) -> u64 {
+    if shift == 0 {
+        return low;
+    }
+    let half = if shift > 64 { (0, 1 << ((shift - 65) & 63)) } else { (1 << ((shift - 1) & 63), 0) };
+    let (low, carry) = low.overflowing_add(half.0);
+    let high = high.wrapping_add(half.1).wrapping_add(carry as u64);
+    let (low, borrow) = low.overflowing_sub(half_goes_down as u64);
+    let high = high.wrapping_sub(borrow as u64);
+    if shift >= 64 {
+        high >> ((shift - 64) & 63)
+    } else {
+        (low >> (shift & 63)) | (high << ((64 - shift) & 63))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Numbers of every size, the ends among them.
+    fn any_size() -> impl Strategy<Value = i64> {
+        (any::<i64>(), 0u32..64, 0u8..8).prop_map(|(number, shift, end)| match end {
+            0 => i64::MAX >> shift,
+            1 => i64::MIN >> shift,
+            _ => number >> shift,
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn halves_give_what_the_machine_gives(a in any_size(), b in any_size(), shift in 0u32..=100) {
+            let (x, y) = (a as u32, b as u32);
+            prop_assert_eq!(mul_u32_by_halves(x, y), u64::from(x) * u64::from(y));
+            let (p, q) = (a as i32, b as i32);
+            prop_assert_eq!(mul_i32_by_halves(p, q), i64::from(p) * i64::from(q));
+            prop_assert_eq!(mul_u64_u32_by_halves(a as u64, y), (a as u64).wrapping_mul(u64::from(y)));
+            prop_assert_eq!(mul_i64_i32_by_halves(a, q), a.wrapping_mul(i64::from(q)));
+            let way = a & i64::MAX;
+            let exact = (i128::from(way) * i128::from(b)) >> shift;
+            prop_assume!(exact.unsigned_abs() < 1 << 62);
+            prop_assert_eq!(scaled_by_words(way, b, shift), scaled_by_machine(way, b, shift));
+        }
+    }
+
+    #[test]
+    fn a_half_goes_up_whatever_the_sign() {
+        for scaled in [scaled_by_words, scaled_by_machine] {
+            assert_eq!([scaled(3, 1, 1), scaled(3, -1, 1)], [2, -1]);
+            assert_eq!([scaled(1, i64::MAX, 63), scaled(1, i64::MIN + 1, 63)], [1, -1]);
+            assert_eq!(scaled(i64::MAX, i64::MAX, 100), (1 << 26) - 0);
+            assert_eq!(scaled(7, -5, 0), -35);
+        }
+    }
+}
