@@ -82,17 +82,23 @@ impl ErrorMap {
     /// e(c) at the reading `c`; constant beyond the ends.
     #[inline]
     pub fn error_at(&self, reading: Pos) -> Pos {
-        let along = reading.pm().saturating_sub(self.low.pm());
-        let interval = (along >> INTERVAL_BITS).max(0) as usize;
+        let along = reading.way_from(self.low);
+        // Fewer intervals than a byte counts; what does not fit one lies beyond the ends.
+        let interval = u8::try_from(along >> INTERVAL_BITS).map(usize::from).unwrap_or(NODES);
         let (Some(&left), Some(&right)) =
-            (self.nodes.get(interval), self.nodes.get(interval.saturating_add(1)))
+            (self.nodes.get(interval), self.nodes.get(interval.wrapping_add(1)))
         else {
-            return Pos::from_pm(self.nodes.last().map_or(0, |&end| i64::from(end)));
+            return self.error_beyond(along);
         };
-        // Below the first node nothing rises.
-        let fraction = if along < 0 { 0 } else { (along & ((1 << INTERVAL_BITS) - 1)) as i32 };
+        let fraction = along as i32 & ((1 << INTERVAL_BITS) - 1);
         let rise = wide::mul_i32(right.wrapping_sub(left), fraction) >> INTERVAL_BITS;
         Pos::from_pm(i64::from(left.wrapping_add(rise as i32)))
+    }
+
+    #[cold]
+    fn error_beyond(&self, along: i64) -> Pos {
+        let end = if along < 0 { self.nodes.first() } else { self.nodes.last() };
+        Pos::from_pm(end.map_or(0, |&end| i64::from(end)))
     }
 
     /// The place of the table at the reading `c`.
@@ -109,7 +115,7 @@ impl ErrorMap {
     pub fn scale_from_stage_near(&self, place: Pos, near: Pos) -> Pos {
         let mut reading = near;
         for _ in 0..ITERATIONS {
-            let next = place - self.error_at(reading);
+            let next = Pos::from_pm(place.way_from(self.error_at(reading)));
             if next == reading {
                 break;
             }

@@ -11,9 +11,10 @@ use crate::machine::homing::{Found, Homing};
 use crate::machine::{Event, State, Stop, transition};
 use crate::plan::{LinePlan, Path, Ramp};
 use crate::publish::{AxisStatus, Fault, HomeReport, MoveReport, Outcome, Status};
-use crate::sense::{Sense, Sensed};
+use crate::sense::Sense;
 use crate::servo::IncrementalPid;
 use crate::units::Pos;
+use crate::wide;
 
 /// One axis: sense, guard, compensate, servo, drive.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +36,6 @@ struct Axis {
     homed: bool,
     found: Option<Found>,
     home: HomeReport,
-    sensed: Sensed,
     illegal: u32,
     glitches: u32,
 }
@@ -191,9 +191,9 @@ impl<const N: usize> Controller<N> {
     #[inline(never)]
     fn sense(&mut self, inputs: &Inputs<N>) {
         for (axis, inputs) in self.axes.iter_mut().zip(&inputs.axes) {
-            axis.sensed = axis.sense.read(inputs, &axis.config.sense);
-            axis.illegal = axis.illegal.wrapping_add(u32::from(axis.sensed.illegal));
-            axis.glitches = axis.glitches.wrapping_add(u32::from(axis.sensed.glitches));
+            axis.sense.read(inputs, &axis.config.sense);
+            axis.illegal = axis.illegal.wrapping_add(u32::from(axis.sense.now.illegal));
+            axis.glitches = axis.glitches.wrapping_add(u32::from(axis.sense.now.glitches));
         }
     }
 
@@ -333,7 +333,7 @@ impl<const N: usize> Controller<N> {
         let mut failed = None;
         for (number, axis) in self.axes.iter_mut().enumerate() {
             if let Some(homing) = axis.homing.as_mut() {
-                match homing.tick(&axis.sensed, &axis.config.homing) {
+                match homing.tick(&axis.sense.now, &axis.config.homing) {
                     Ok(speed) => axis.glide.wanted = speed,
                     Err(failure) => failed = failed.or(Some(Fault::Homing { axis: number, failure })),
                 }
@@ -424,7 +424,7 @@ impl<const N: usize> Controller<N> {
     /// Takes the reading for the target, once: after this the target no longer follows the reading.
     fn hold_reading(&mut self) {
         for axis in &mut self.axes {
-            axis.set_point = axis.sensed.position;
+            axis.set_point = axis.sense.now.position;
             axis.servo.reset();
         }
         self.hold_set_point();
@@ -467,7 +467,7 @@ impl<const N: usize> Controller<N> {
         let mut speeds = [0; N];
         for (speed, axis) in speeds.iter_mut().zip(&mut self.axes) {
             if self.state.is_on() {
-                *speed = axis.servo.tick(axis.set_point, axis.sensed.position, &axis.config.servo);
+                *speed = axis.servo.tick(axis.set_point, axis.sense.now.position, &axis.config.servo);
             } else {
                 axis.servo.reset();
             }
@@ -521,7 +521,6 @@ impl Axis {
             homed: false,
             found: None,
             home: HomeReport::default(),
-            sensed: Sensed::default(),
             illegal: 0,
             glitches: 0,
         }
@@ -529,31 +528,37 @@ impl Axis {
 
     fn begin_homing(&mut self, was_on: bool) {
         if !was_on {
-            self.set_point = self.sensed.position;
+            self.set_point = self.sense.now.position;
             self.servo.reset();
         }
-        self.homing = Some(Homing::new(&self.sensed));
+        self.homing = Some(Homing::new(&self.sense.now));
         self.glide = Glide::default();
     }
 
     fn guard(&mut self, number: usize, on: bool, homing: bool) -> Option<Fault> {
         let watch = Watch { set_point: self.set_point, travel: self.travel, on, homing, homed: self.homed };
-        let found = self.guard.judge(number, &self.sensed, &watch, &self.config.guard);
-        if found.is_some() || self.sensed.illegal > 0 {
+        let found = self.guard.judge(number, &self.sense.now, &watch, &self.config.guard);
+        if found.is_some() || self.sense.now.illegal > 0 {
             self.doubt_the_zero(found, on);
         }
-        found.map(|fault| match fault {
+        found.map(|fault| self.in_stage_frame(fault))
+    }
+
+    #[cold]
+    fn in_stage_frame(&self, fault: Fault) -> Fault {
+        match fault {
             Fault::SoftLimit { axis, position } => {
                 Fault::SoftLimit { axis, position: self.stage_from_scale(position) }
             }
             fault => fault,
-        })
+        }
     }
 
+    #[cold]
     /// Counts may be missing after an encoder was lost, or when it was disturbed while nobody looked.
     fn doubt_the_zero(&mut self, found: Option<Fault>, on: bool) {
         let lost = matches!(found, Some(Fault::EncoderLost { .. } | Fault::EncoderIllegal { .. }));
-        if lost || (!on && self.sensed.illegal > 0) {
+        if lost || (!on && self.sense.now.illegal > 0) {
             self.homed = false;
         }
     }
@@ -573,8 +578,7 @@ impl Axis {
             return;
         };
         let count_pm = self.config.sense.count_pm;
-        let before = self.sense.set_origin(found.zero, &self.config.sense);
-        let shift = (found.zero - before).to_pos(count_pm);
+        let shift = self.sense.set_origin(found.zero, &self.config.sense);
         let switch = (found.switch - found.zero).to_pos(count_pm);
         let last = self.found.replace(found);
         self.home = HomeReport {
@@ -585,13 +589,12 @@ impl Axis {
         };
         self.homed = true;
         // The frame moves under the stage: nothing else may.
-        self.sensed.position = self.sensed.position - shift;
         self.set_point = self.set_point - shift;
         self.servo.reset();
     }
 
     fn is_inside(&self) -> bool {
-        (self.set_point - self.sensed.position).abs() <= self.config.window
+        wide::is_within(self.set_point.way_from(self.sense.now.position), self.config.window.pm())
     }
 
     fn glide(&mut self) {
@@ -599,7 +602,7 @@ impl Axis {
             return;
         }
         let speed = self.glide.ramp.tick(self.glide.wanted, &self.config.glide);
-        let way = self.glide.rest.saturating_add(speed);
+        let way = self.glide.rest.wrapping_add(speed);
         self.set_point = self.set_point + Pos::from_pm(way >> GLIDE_BITS);
         self.glide.rest = way & ((1 << GLIDE_BITS) - 1);
     }
@@ -611,24 +614,24 @@ impl Axis {
     /// Puts the set-point where the scale reads when the table is at `place`.
     fn follow(&mut self, place: Pos) {
         // From one tick to the next the reading goes about as far as the table.
-        let near = self.set_point + (place - self.place);
+        let near = Pos::from_pm(self.set_point.pm().wrapping_add(place.way_from(self.place)));
         self.place = place;
         self.set_point = self.map.as_ref().map_or(place, |map| map.scale_from_stage_near(place, near));
     }
 
     fn publish(&self, status: &mut AxisStatus, target: Pos, set_point: Pos) {
-        let reading = self.sensed.position;
-        let following_error = self.set_point - reading;
+        let reading = self.sense.now.position;
+        let following_error = Pos::from_pm(self.set_point.way_from(reading));
         status.position = self.stage_from_scale(reading);
         status.set_point = set_point;
         status.target = target;
         status.reading = reading;
         status.following_error = following_error;
-        status.in_window = following_error.abs() <= self.config.window;
+        status.in_window = self.is_inside();
         status.homed = self.homed;
         status.mapped = self.map.is_some();
-        status.limit_low = self.sensed.limit_low;
-        status.limit_high = self.sensed.limit_high;
+        status.limit_low = self.sense.now.limit_low;
+        status.limit_high = self.sense.now.limit_high;
         status.illegal = self.illegal;
         status.glitches = self.glitches;
         if status.home.count != self.home.count {

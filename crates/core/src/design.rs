@@ -43,7 +43,7 @@ pub struct AxisSettings {
     pub following_error_um: f64,
     /// Commanded travel without a single count that means a lost encoder, µm.
     pub encoder_lost_um: f64,
-    /// Fast loss of steps against the encoder that means a stall, µm.
+    /// Fast loss of steps against the encoder that means a stall, µm; at most 500.
     pub stall_um: f64,
     /// Illegal transitions that are allowed in a block of 256 ticks.
     pub illegal_transitions: u16,
@@ -262,6 +262,8 @@ impl AxisSettings {
         check(axis, "home_index_mm", self.home_index_mm, index, "-1000 … 1000 mm")?;
         let following = self.following_error_um <= 2000.0;
         check(axis, "following_error_um", self.following_error_um, following, "at most 2000 µm")?;
+        let stall = self.stall_um <= 500.0;
+        check(axis, "stall_um", self.stall_um, stall, "at most 500 µm")?;
         for (key, value) in [("home_fast_mm_s", self.home_fast_mm_s), ("home_slow_mm_s", self.home_slow_mm_s)]
         {
             check(axis, key, value, value <= self.speed_mm_s, "at most speed_mm_s")?;
@@ -343,9 +345,9 @@ impl AxisSettings {
             guard: guard::Config {
                 following_error: Pos::from_um(self.following_error_um),
                 encoder_lost_pulses: libm::floor(self.encoder_lost_um / self.step_um) as u32,
-                stall: Pos::from_um(self.stall_um),
-                step_pm: Pos::from_um(self.step_um).pm() as i32,
-                count_pm: Pos::from_um(self.count_um).pm() as i32,
+                stall_pm: Pos::from_um(self.stall_um).pm() as u32,
+                step: guard::Travel::of(Pos::from_um(self.step_um).pm() as i32),
+                count: guard::Travel::of(Pos::from_um(self.count_um).pm() as i32),
                 illegal_transitions: self.illegal_transitions,
             },
             homing: self.homing(tick_hz),
@@ -431,7 +433,8 @@ mod tests {
     fn the_default_stage_builds_and_bad_settings_are_named() {
         let good = StageSettings::<2>::default();
         assert!(good.build().is_ok());
-        let cases: [(&str, Spoil); 11] = [
+        let cases: [(&str, Spoil); 12] = [
+            ("stall_um", |s| s.axes[0].stall_um = 501.0),
             ("acceleration_mm_s2", |s| s.tick_hz = 1000.0),
             ("speed_mm_s", |s| {
                 s.axes[0].speed_mm_s = 0.05;

@@ -15,14 +15,44 @@ pub struct Config {
     pub following_error: Pos,
     /// Step pulses commanded while the encoder stands still to the count, at which it is taken for lost.
     pub encoder_lost_pulses: u32,
-    /// Loss of steps against the encoder, faster than about 4096 ticks, at which the motor is taken for stalled.
-    pub stall: Pos,
-    /// Travel of one step pulse, picometres.
-    pub step_pm: i32,
-    /// Travel of one count, picometres.
-    pub count_pm: i32,
+    /// Loss of steps against the encoder, faster than about 4096 ticks, at which the motor is taken for stalled,
+    /// picometres; at most [`MOST_PM`].
+    pub stall_pm: u32,
+    /// Travel of a step pulse.
+    pub step: Travel,
+    /// Travel of a count.
+    pub count: Travel,
     /// Illegal transitions that the encoder may show in a block of 256 ticks.
     pub illegal_transitions: u16,
+}
+
+/// Travels of a tick that the guard tells apart, picometres: half a millimetre, 5 m/s at 10 kHz.
+pub const MOST_PM: i32 = 500_000_000;
+
+/// What one pulse or count is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Travel {
+    unit_pm: i32,
+    /// So many are [`MOST_PM`] or a little less.
+    most: i32,
+}
+
+impl Travel {
+    /// `unit_pm` picometres each, at least 1.
+    pub const fn of(unit_pm: i32) -> Self {
+        let unit_pm = if unit_pm < 1 { 1 } else { unit_pm };
+        let most = match MOST_PM.checked_div(unit_pm) {
+            Some(most) => most,
+            None => 0,
+        };
+        Self { unit_pm, most }
+    }
+
+    /// The travel of `number` of them, ±[`MOST_PM`] at most.
+    #[inline]
+    fn pm(self, number: i32) -> i32 {
+        number.min(self.most).max(self.most.wrapping_neg()).wrapping_mul(self.unit_pm)
+    }
 }
 
 /// What the guard must know of an axis besides its sensors.
@@ -50,7 +80,7 @@ pub struct Guard {
     last_pulses: i32,
     /// Commanded minus measured travel, against its own slow mean: screw pitch and scale errors are slow, steps are
     /// lost fast.
-    slip_pm: i64,
+    slip_pm: i32,
     illegal: u16,
     ticks: u8,
     /// The high switch has been free since homing began: pressed again, it is no longer the one homing came from.
@@ -72,16 +102,16 @@ impl Guard {
             self.forget(sensed);
             return None;
         }
-        let slip = self.slip(sensed, config);
+        let slip_pm = self.slip_pm(sensed, config);
         if self.frozen(sensed) > config.encoder_lost_pulses {
             return Some(Fault::EncoderLost { axis });
         }
-        if slip > config.stall {
+        if slip_pm > config.stall_pm {
             return Some(Fault::Stall { axis });
         }
-        let error = watch.set_point - sensed.position;
-        if error.abs() > config.following_error {
-            return Some(Fault::FollowingError { axis, error });
+        let error = watch.set_point.way_from(sensed.position);
+        if !wide::is_within(error, config.following_error.pm()) {
+            return Some(Fault::FollowingError { axis, error: Pos::from_pm(error) });
         }
         self.travel(axis, sensed, watch)
     }
@@ -95,15 +125,14 @@ impl Guard {
     }
 
     /// Commanded minus measured travel with its slow part (time constant 4096 ticks) taken away.
-    fn slip(&mut self, sensed: &Sensed, config: &Config) -> Pos {
+    fn slip_pm(&mut self, sensed: &Sensed, config: &Config) -> u32 {
         let pulses = sensed.pulses.wrapping_sub(self.last_pulses);
         self.last_pulses = sensed.pulses;
-        let commanded = wide::mul_i32(pulses, config.step_pm);
-        let measured = wide::mul_i32(sensed.moved, config.count_pm);
-        // What could wrap here has tripped the following error long before.
-        let slip = self.slip_pm.wrapping_add(commanded).wrapping_sub(measured);
-        self.slip_pm = slip.wrapping_sub(slip >> 12);
-        Pos::from_pm(self.slip_pm).abs()
+        // Three times half a millimetre fits a word.
+        let lost = config.step.pm(pulses).wrapping_sub(config.count.pm(sensed.moved));
+        let slip = self.slip_pm.wrapping_add(lost);
+        self.slip_pm = slip.wrapping_sub(slip >> 12).min(MOST_PM).max(MOST_PM.wrapping_neg());
+        self.slip_pm.unsigned_abs()
     }
 
     /// Illegal transitions since the running block of 256 ticks began.
@@ -169,9 +198,9 @@ mod tests {
     const CONFIG: Config = Config {
         following_error: Pos::from_pm(150_000_000),
         encoder_lost_pulses: 128,
-        stall: Pos::from_pm(80_000_000),
-        step_pm: 312_500,
-        count_pm: 100_000,
+        stall_pm: 80_000_000,
+        step: Travel::of(312_500),
+        count: Travel::of(100_000),
         illegal_transitions: 8,
     };
     const TRAVEL: [Pos; 2] = [Pos::from_pm(-900_000_000), Pos::from_pm(100_900_000_000)];

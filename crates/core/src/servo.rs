@@ -41,7 +41,7 @@ pub struct IncrementalPid {
 }
 
 /// A value within ± `limit`. Unlike `clamp` it has no case that panics.
-pub(crate) fn within(value: i64, limit: i64) -> i64 {
+fn within(value: i64, limit: i64) -> i64 {
     value.max(limit.saturating_neg()).min(limit)
 }
 

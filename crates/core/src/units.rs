@@ -50,6 +50,13 @@ impl Pos {
         self.0 as f64 / PM_PER_UM
     }
 
+    /// The way from another position to this one. For the tick: unlike the operator it wraps, beyond 9.2 km.
+    #[must_use]
+    #[inline]
+    pub const fn way_from(self, other: Self) -> i64 {
+        self.0.wrapping_sub(other.0)
+    }
+
     /// The distance from the origin.
     #[must_use]
     pub const fn abs(self) -> Self {

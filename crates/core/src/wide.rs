@@ -64,6 +64,13 @@ const fn mul_i64_i32_by_halves(a: i64, b: i32) -> i64 {
     if (a < 0) == (b < 0) { size } else { size.wrapping_neg() }
 }
 
+/// Whether `value` lies within ± `limit`, 0 ≤ `limit` < 2⁶². Wraps instead of saturating, which a processor of 32 bit
+/// does in a quarter of the time.
+#[inline]
+pub const fn is_within(value: i64, limit: i64) -> bool {
+    value.wrapping_add(limit).cast_unsigned() <= limit.wrapping_add(limit).cast_unsigned()
+}
+
 /// `way · gain / 2^shift`, rounded to nearest, halves up; `way` ≥ 0, `shift` ≤ 100, and the result fits 63 bits.
 #[inline]
 pub const fn scaled(way: i64, gain: i64, shift: u32) -> i64 {
@@ -138,12 +145,20 @@ mod tests {
         }
     }
 
+    proptest! {
+        #[test]
+        fn within_is_within(value in any_size(), limit in any_size()) {
+            let limit = limit & (i64::MAX >> 1);
+            prop_assert_eq!(is_within(value, limit), value.unsigned_abs() <= limit.unsigned_abs());
+        }
+    }
+
     #[test]
     fn a_half_goes_up_whatever_the_sign() {
         for scaled in [scaled_by_words, scaled_by_machine] {
             assert_eq!([scaled(3, 1, 1), scaled(3, -1, 1)], [2, -1]);
             assert_eq!([scaled(1, i64::MAX, 63), scaled(1, i64::MIN + 1, 63)], [1, -1]);
-            assert_eq!(scaled(i64::MAX, i64::MAX, 100), (1 << 26) - 0);
+            assert_eq!(scaled(i64::MAX, i64::MAX, 100), 1 << 26);
             assert_eq!(scaled(7, -5, 0), -35);
         }
     }
