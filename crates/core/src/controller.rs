@@ -570,13 +570,14 @@ impl Axis {
     }
 
     fn has_homed(&self) -> bool {
-        self.homing.is_some_and(|homing| homing.found().is_some()) && self.glide.ramp.is_at_rest()
+        self.homing.as_ref().is_some_and(Homing::is_done) && self.glide.ramp.is_at_rest()
     }
 
     fn end_homing(&mut self) {
-        let Some(found) = self.homing.take().and_then(|homing| homing.found()) else {
+        let Some(found) = self.homing.as_ref().and_then(Homing::found) else {
             return;
         };
+        self.homing = None;
         let count_pm = self.config.sense.count_pm;
         let shift = self.sense.set_origin(found.zero, &self.config.sense);
         let switch = (found.switch - found.zero).to_pos(count_pm);
