@@ -76,7 +76,11 @@ pub const fn is_within(value: i64, limit: i64) -> bool {
 #[inline]
 pub fn scaled(way: i64, gain: i64, shift: u32) -> i64 {
     let (way, size) = (way.cast_unsigned(), gain.unsigned_abs());
-    let doubled = if MULTIPLIES_WIDE { shifted_by_machine(way, size, shift) } else { shifted_by_words(way, size, shift) };
+    let doubled = if MULTIPLIES_WIDE {
+        shifted_by_machine(way, size, shift)
+    } else {
+        shifted_by_words(way, size, shift)
+    };
     let size = (doubled.wrapping_add(1) >> 1).cast_signed();
     if gain < 0 { size.wrapping_neg() } else { size }
 }
