@@ -1,6 +1,6 @@
 //! The controller: N axes and one coordinator, one function a tick.
 
-use crate::background::MoveRequest;
+use crate::background::{MoveRequest, PLAN_MISSING_TICKS};
 use crate::command::{Accepted, Command, Refusal};
 use crate::compensate::ErrorMap;
 use crate::design::{AxisConfig, Config, GLIDE_BITS};
@@ -236,6 +236,7 @@ impl<const N: usize> Controller<N> {
         match self.state {
             State::Homing => self.home(),
             State::Moving if self.path_ended() => self.end_path(tick),
+            State::Moving if self.plan_is_missing(tick) => self.fail(Fault::PlanMissing),
             State::Settling => self.settle(tick),
             State::Stopping => self.halt(),
             _ => {}
@@ -351,7 +352,13 @@ impl<const N: usize> Controller<N> {
     }
 
     fn path_ended(&self) -> bool {
-        self.path.is_holding() && self.current.is_some_and(|current| !current.wants_plan)
+        self.path.is_holding() && self.current.as_ref().is_some_and(|current| !current.wants_plan)
+    }
+
+    fn plan_is_missing(&self, tick: u32) -> bool {
+        self.current.as_ref().is_some_and(|current| {
+            current.wants_plan && tick.wrapping_sub(current.began) > PLAN_MISSING_TICKS
+        })
     }
 
     fn end_path(&mut self, tick: u32) {
