@@ -89,7 +89,7 @@ impl ErrorMap {
     fn error_and_rise(&self, reading: Pos) -> (i64, i32) {
         let along = reading.way_from(self.low);
         // Fewer intervals than a byte counts; what does not fit one lies beyond the ends.
-        let interval = u8::try_from(along >> INTERVAL_BITS).map(usize::from).unwrap_or(NODES);
+        let interval = u8::try_from(along >> INTERVAL_BITS).map_or(NODES, usize::from);
         let (Some(&left), Some(&right)) =
             (self.nodes.get(interval), self.nodes.get(interval.wrapping_add(1)))
         else {

@@ -153,7 +153,9 @@ impl<const N: usize> Controller<N> {
         if self.state.is_busy() {
             return Err(Refusal::Busy(self.state));
         }
-        self.axes.get_mut(axis).ok_or(Refusal::NoSuchAxis(axis))?.set_map(map);
+        let axis = self.axes.get_mut(axis).ok_or(Refusal::NoSuchAxis(axis))?;
+        axis.map = map;
+        axis.find_ends();
         if self.state == State::Ready {
             // The table stays; the place where it stands gets its true name.
             self.hold_set_point();
@@ -191,7 +193,7 @@ impl<const N: usize> Controller<N> {
     #[inline(never)]
     fn sense(&mut self, inputs: &Inputs<N>) {
         for (axis, inputs) in self.axes.iter_mut().zip(&inputs.axes) {
-            axis.sense.read(inputs, &axis.config.sense);
+            axis.sense.read(inputs, axis.config.sense);
             axis.illegal = axis.illegal.wrapping_add(u32::from(axis.sense.now.illegal));
             axis.glitches = axis.glitches.wrapping_add(u32::from(axis.sense.now.glitches));
         }
@@ -570,8 +572,8 @@ impl Axis {
         }
     }
 
-    fn set_map(&mut self, map: Option<ErrorMap>) {
-        self.map = map;
+    /// Where the scale reads at the ends of the travel: the guard compares readings.
+    fn find_ends(&mut self) {
         let (low, high) = (self.config.low - self.config.margin, self.config.high + self.config.margin);
         self.travel = [low, high].map(|end| self.map.as_ref().map_or(end, |map| map.scale_from_stage(end)));
     }
@@ -586,7 +588,7 @@ impl Axis {
         };
         self.homing = None;
         let count_pm = self.config.sense.count_pm;
-        let shift = self.sense.set_origin(found.zero, &self.config.sense);
+        let shift = self.sense.set_origin(found.zero, self.config.sense);
         let switch = (found.switch - found.zero).to_pos(count_pm);
         let last = self.found.replace(found);
         self.home = HomeReport {

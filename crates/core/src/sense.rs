@@ -54,7 +54,7 @@ pub struct Sense {
 impl Sense {
     /// Reads one tick into [`Sense::now`]. The counter may move up to 2³¹ counts between two ticks.
     #[inline]
-    pub fn read(&mut self, inputs: &AxisInputs, config: &Config) {
+    pub fn read(&mut self, inputs: &AxisInputs, config: Config) {
         self.extend(inputs.counter, config);
         let index = inputs.index.map(|latched| self.extended(latched, inputs.counter));
         let now = &mut self.now;
@@ -69,7 +69,7 @@ impl Sense {
 
     /// Puts the zero of the scale frame at an extended count; returns how far it moved. The position becomes another
     /// by as much.
-    pub fn set_origin(&mut self, origin: Counts, config: &Config) -> Pos {
+    pub fn set_origin(&mut self, origin: Counts, config: Config) -> Pos {
         let moved = (origin - self.origin).to_pos(config.count_pm);
         self.origin = origin;
         self.now.position = self.now.position - moved;
@@ -77,7 +77,7 @@ impl Sense {
     }
 
     /// Carries the position along with the counter: a product of the few counts of a tick is a short one.
-    fn extend(&mut self, counter: u32, config: &Config) {
+    fn extend(&mut self, counter: u32, config: Config) {
         let last = self.last.replace(counter).unwrap_or(counter);
         let moved = counter.wrapping_sub(last).cast_signed();
         let now = &mut self.now;
@@ -105,7 +105,7 @@ struct Switch {
 }
 
 impl Switch {
-    fn read(&mut self, contact: bool, config: &Config) -> bool {
+    fn read(&mut self, contact: bool, config: Config) -> bool {
         if contact == self.pressed {
             self.disagrees = 0;
             return self.pressed;
@@ -131,7 +131,7 @@ mod tests {
     }
 
     fn read(sense: &mut Sense, inputs: &AxisInputs) -> Sensed {
-        sense.read(inputs, &CONFIG);
+        sense.read(inputs, CONFIG);
         sense.now
     }
 
@@ -157,7 +157,7 @@ mod tests {
         let mut sense = Sense::default();
         read(&mut sense, &at(0));
         read(&mut sense, &at(70));
-        assert_eq!(sense.set_origin(Counts::new(30), &CONFIG), Pos::from_um(3.0));
+        assert_eq!(sense.set_origin(Counts::new(30), CONFIG), Pos::from_um(3.0));
         assert_eq!(read(&mut sense, &at(71)).position, Pos::from_um(4.1));
         assert_eq!(sense.now.raw, Counts::new(71));
     }
@@ -169,7 +169,7 @@ mod tests {
         let mut before = false;
         let contact = |t: u32| t >= 100 && (t > 120 || t % 4 != 3);
         for t in 0..300 {
-            let now = switch.read(contact(t), &CONFIG);
+            let now = switch.read(contact(t), CONFIG);
             changes += u32::from(now != before);
             before = now;
         }

@@ -176,6 +176,10 @@ pub const TRANSITIONS: [Row; 32] = [
 ];
 
 /// Where the row of each pair stands in [`TRANSITIONS`]; beyond its end for a pair without one. The tick must not search.
+#[allow(
+    clippy::indexing_slicing,
+    reason = "done by the compiler, which stops at an index that does not exist"
+)]
 const ROW_OF_PAIR: [[u8; EVENTS.len()]; STATES.len()] = {
     let mut table = [[u8::MAX; EVENTS.len()]; STATES.len()];
     let mut number = 0;

@@ -20,7 +20,7 @@ impl RampLimits {
     /// Limits of `acceleration` and `jerk`; beyond 0 … 2³¹ and 1 … 2³¹ the nearest is taken. Not for the tick: divides.
     pub fn new(acceleration: i64, jerk: i64) -> Self {
         const LARGEST: i64 = 1 << 31;
-        let (acceleration, jerk) = (acceleration.max(0).min(LARGEST), jerk.max(1).min(LARGEST));
+        let (acceleration, jerk) = (acceleration.clamp(0, LARGEST), jerk.clamp(1, LARGEST));
         let product = acceleration.saturating_mul(acceleration.saturating_add(jerk));
         let longest = product.checked_div(jerk.saturating_mul(2)).unwrap_or(i64::MAX);
         Self { acceleration, jerk, longest }
