@@ -1,6 +1,11 @@
-//! What travels on wires: parsers and encoders, sans I/O, without allocation and without panic.
+//! What travels on wires and into files: parsers and encoders, sans I/O, without allocation and without panic.
 //!
-//! Nothing travels yet: the first commands of `abbe` talk to a twin in their own process. The crate is here so that
-//! its place in the house is fixed (it may see `abbe-core` and nothing else of ours) and so that the link gate already
-//! holds for whatever comes.
-#![no_std]
+//! [`record`] is what happened to a controller, as bytes: the flight recorder and the golden traces are made of it.
+//! Nothing travels on a wire yet: the commands of `abbe` talk to a twin in their own process.
+#![cfg_attr(not(test), no_std)]
+#![deny(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects)]
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+#![cfg_attr(test, allow(clippy::indexing_slicing, clippy::arithmetic_side_effects))]
+
+pub mod record;
