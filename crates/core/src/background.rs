@@ -27,10 +27,32 @@ pub struct MoveRequest<const N: usize> {
     pub asked_at: u32,
 }
 
-/// Plans whatever the controller asks for; call it between ticks.
-pub fn advance<const N: usize>(controller: &mut Controller<N>) {
-    if let Some(request) = controller.wanted_plan() {
-        let plan = LinePlan::new(request.from, request.to, &request.limits);
-        controller.take_plan(request.number, plan, request.asked_at.wrapping_add(PLANNING_TICKS));
+/// A plan that was handed over: with this alone a recorded run repeats it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HandOver {
+    /// Number of the move.
+    pub number: u32,
+    /// Tick at which its path begins.
+    pub start: u32,
+}
+
+/// Plans whatever the controller asks for, and says so; call it between ticks.
+pub fn advance<const N: usize>(controller: &mut Controller<N>) -> Option<HandOver> {
+    let request = controller.wanted_plan()?;
+    let plan = HandOver { number: request.number, start: request.asked_at.wrapping_add(PLANNING_TICKS) };
+    hand_over(controller, &request, plan.start);
+    Some(plan)
+}
+
+/// Does once more what [`advance`] did. A plan that nobody waits for is left.
+pub fn repeat<const N: usize>(controller: &mut Controller<N>, plan: HandOver) {
+    let wanted = controller.wanted_plan().filter(|request| request.number == plan.number);
+    if let Some(request) = wanted {
+        hand_over(controller, &request, plan.start);
     }
+}
+
+fn hand_over<const N: usize>(controller: &mut Controller<N>, request: &MoveRequest<N>, start: u32) {
+    let plan = LinePlan::new(request.from, request.to, &request.limits);
+    controller.take_plan(request.number, plan, start);
 }

@@ -79,6 +79,16 @@ impl ErrorMap {
         Ok(Self { low, nodes })
     }
 
+    /// Reading at the first node.
+    pub fn low(&self) -> Pos {
+        self.low
+    }
+
+    /// The error at each node, picometres.
+    pub fn nodes(&self) -> &[i32; NODES] {
+        &self.nodes
+    }
+
     /// e(c) at the reading `c`; constant beyond the ends.
     pub fn error_at(&self, reading: Pos) -> Pos {
         Pos::from_pm(self.error_and_rise(reading).0)

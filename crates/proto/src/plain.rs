@@ -263,11 +263,8 @@ fn letters<const N: usize>(f: &mut fmt::Formatter<'_>, flags: [(bool, &str); N])
 
 #[cfg(test)]
 mod tests {
-    extern crate std;
     use super::*;
     use proptest::prelude::*;
-    use std::string::ToString;
-    use std::vec::Vec;
 
     fn command(line: &str) -> Result<Option<Request>, Mistake> {
         parse(line.as_bytes())
@@ -327,7 +324,7 @@ mod tests {
 
     #[test]
     fn a_line_too_long_spoils_itself_only() {
-        let mut bytes = std::vec![b'x'; 65];
+        let mut bytes = vec![b'x'; 65];
         bytes.extend_from_slice(b"\nhome\r");
         assert_eq!(lines(&bytes), [Err(Mistake::TooLong), Ok(b"home".to_vec())]);
         assert_eq!(
@@ -351,7 +348,7 @@ mod tests {
         #[test]
         fn numbers_are_exact(pm in -1_000_000_000_000i64..=1_000_000_000_000) {
             let sign = if pm < 0 { "-" } else { "" };
-            let text = std::format!("{sign}{}.{:09}", pm.abs() / 1_000_000_000, pm.abs() % 1_000_000_000);
+            let text = format!("{sign}{}.{:09}", pm.abs() / 1_000_000_000, pm.abs() % 1_000_000_000);
             prop_assert_eq!(millimetres(text.as_bytes()), Ok(Pos::from_pm(pm)));
         }
     }
