@@ -2,6 +2,7 @@
 
 mod arrows;
 mod commands;
+mod compiler;
 mod demo;
 mod figures;
 mod gate;
