@@ -102,7 +102,9 @@ pub(crate) fn follow(image: &Image, function: &Function) -> Summary {
     walk.run();
     while let Some(place) = walk.reached_only_through_a_table() {
         let states: Vec<State> = walk.tables.values().cloned().collect();
-        states.iter().for_each(|state| walk.reach(place, state));
+        for state in &states {
+            walk.reach(place, state);
+        }
         walk.run();
     }
     walk.summary
@@ -353,13 +355,14 @@ impl<'a> Walk<'a> {
             | Expression::ShiftedLeft(register, _)
             | Expression::WithUpperHalf(register, _)
             | Expression::Word(register, _) => match of(register) {
-                Constant(value) => self.from_constant(value, expression),
+                Constant(value) => self.of_constant(value, expression),
                 _ => Unknown,
             },
         }
     }
 
-    fn from_constant(&self, value: u32, expression: Expression) -> Value {
+    /// What an expression of one register makes of a constant in it.
+    fn of_constant(&self, value: u32, expression: Expression) -> Value {
         match expression {
             Expression::Minus(_) => Value::Constant(value.wrapping_neg()),
             Expression::ShiftedLeft(_, by) => Value::Constant(value << by),

@@ -125,23 +125,21 @@ fn narrow(address: u32, word: u16) -> Op {
         0b00100 => set(high, Expression::Constant(u32::from(bits(word, 0, 8)))),
         0b00110 => set(high, Expression::Plus(high, immediate)),
         0b00111 => set(high, Expression::Plus(high, -immediate)),
-        0b00101 => NOTHING,
         0b01000 => data_processing(word),
         0b01001 => {
             set(high, Expression::Literal((pc(address) & !3).wrapping_add(u32::from(bits(word, 0, 8)) * 4)))
         }
         0b01010 | 0b01011 => register_offset(word),
         0b01101 => set(low, Expression::Word(low_register(word, 3), u32::from(bits(word, 6, 5)) * 4)),
-        0b01100 | 0b01110 | 0b10000 | 0b10010 => NOTHING,
+        0b00101 | 0b01100 | 0b01110 | 0b10000 | 0b10010 => NOTHING,
         0b00001 | 0b00010 | 0b01111 | 0b10001 => Op::Clobber(1 << low),
-        0b10011 => Op::Clobber(1 << high),
+        0b10011 | 0b11000 => Op::Clobber(1 << high),
         0b10100 => {
             let place = (pc(address) & !3).wrapping_add(u32::from(bits(word, 0, 8)) * 4);
             set(high, Expression::Constant(place))
         }
         0b10101 => set(high, Expression::Plus(SP, immediate * 4)),
         0b10110 | 0b10111 => miscellaneous(address, word),
-        0b11000 => Op::Clobber(1 << high),
         0b11001 => Op::Clobber(bits(word, 0, 8) | 1 << high),
         0b11100 => Op::Branch(target(address, signed(u32::from(bits(word, 0, 11)), 11) * 2)),
         _ => conditional(address, word),
