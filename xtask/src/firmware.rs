@@ -5,6 +5,8 @@
 
 mod report;
 
+pub(crate) use report::Form;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::Mutex;
@@ -25,11 +27,19 @@ pub(crate) struct Row {
     /// Its folder under `firmware/`.
     pub(crate) folder: &'static str,
     pub(crate) target: &'static str,
-    /// Functions that run in every tick or hold it up. An interrupt brings the frame that the processor pushes.
-    pub(crate) entries: &'static [&'static str],
+    /// What runs in every tick or holds it up.
+    pub(crate) entries: &'static [Entry],
     /// Functions that may call through a register, each with the reason.
     pub(crate) may_call_indirectly: &'static [(&'static str, &'static str)],
     pub(crate) limits: Limits,
+}
+
+/// Where the judging of a tick begins: a function, by its symbol or its path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Entry {
+    Call(&'static str),
+    /// The processor calls it, and pushes a frame first.
+    Interrupt(&'static str),
 }
 
 /// What an image may use, bytes.
@@ -49,7 +59,13 @@ pub(crate) const IMAGES: &[Row] = &[
         name: "tick",
         folder: "gate",
         target: THUMB_V6M,
-        entries: &["tick::tick", "tick::command", "tick::status", "tick::wanted_plan", "tick::take_plan"],
+        entries: &[
+            Entry::Call("tick::tick"),
+            Entry::Call("tick::command"),
+            Entry::Call("tick::status"),
+            Entry::Call("tick::wanted_plan"),
+            Entry::Call("tick::take_plan"),
+        ],
         may_call_indirectly: &[],
         limits: LIMITS,
     },
@@ -57,7 +73,10 @@ pub(crate) const IMAGES: &[Row] = &[
         name: "abbe-pico",
         folder: "pico",
         target: THUMB_V6M,
-        entries: &["abbe_core::controller::Controller<_>::tick", "TIMER_IRQ_1"],
+        entries: &[
+            Entry::Call("abbe_core::controller::Controller<_>::tick"),
+            Entry::Interrupt("TIMER_IRQ_1"),
+        ],
         may_call_indirectly: &[],
         limits: LIMITS,
     },
@@ -98,7 +117,7 @@ pub(crate) struct Verdict {
 
 /// What was found from one entry.
 struct EntryVerdict {
-    name: &'static str,
+    entry: Entry,
     functions: usize,
     stack: Stack,
 }
@@ -120,7 +139,7 @@ pub(crate) fn check(setting: &Setting) -> Result<Outcome> {
 ///
 /// # Errors
 /// There is no compiler, or an image does not build or cannot be read.
-pub(crate) fn run(setting: &Setting, form: report::Form) -> Result<bool> {
+pub(crate) fn run(setting: &Setting, form: Form) -> Result<bool> {
     let targets = targets(setting);
     let route = find_route(setting).with_context(|| {
         format!("no compiler for {}; to install: {}", targets.join(", "), compiler::install_line(&targets))
@@ -131,8 +150,6 @@ pub(crate) fn run(setting: &Setting, form: report::Form) -> Result<bool> {
     println!("{}", form.of(&verdicts, route, &missed));
     Ok(missed.is_empty() && verdicts.iter().all(|verdict| verdict.findings.is_empty()))
 }
-
-pub(crate) use report::Form;
 
 /// A route that compiles for every image.
 pub(crate) fn find_route(setting: &Setting) -> Option<Route> {
@@ -180,41 +197,63 @@ fn judge(row: &'static Row, image: &Image) -> Result<Verdict> {
         ram: image.ram,
         entries: Vec::new(),
         costly: BTreeMap::new(),
-        findings: findings_of_memory(row, image),
+        findings: findings_of_memory(row, image.flash, image.ram),
     };
-    for name in row.entries {
-        verdict.judge_entry(name, image).with_context(|| format!("image {}", row.name))?;
+    for entry in row.entries {
+        verdict.judge_entry(*entry, image).with_context(|| format!("image {}", row.name))?;
     }
     Ok(verdict)
 }
 
-fn findings_of_memory(row: &Row, image: &Image) -> Vec<String> {
+fn findings_of_memory(row: &Row, flash: u64, ram: u64) -> Vec<String> {
     let over = |what: &str, is: u64, limit: u64| {
         (is > limit).then(|| format!("{}: {is} bytes of {what}, the limit is {limit}", row.name))
     };
-    let (flash, ram) = (over("flash", image.flash, row.limits.flash), over("RAM", image.ram, row.limits.ram));
+    let (flash, ram) = (over("flash", flash, row.limits.flash), over("RAM", ram, row.limits.ram));
     flash.into_iter().chain(ram).collect()
 }
 
+impl Entry {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Call(name) | Self::Interrupt(name) => name,
+        }
+    }
+
+    /// Worst case of the stack from here down.
+    fn stack(self, graph: &Graph<'_>) -> Stack {
+        /// Eight registers, and a word to come to a multiple of eight bytes.
+        const PUSHED: u32 = 36;
+        match (self, graph.stack()) {
+            (Self::Interrupt(_), Stack::Bounded { bytes, mut chain }) => {
+                chain.insert(0, format!("interrupt ({PUSHED})"));
+                Stack::Bounded { bytes: bytes + PUSHED, chain }
+            }
+            (_, stack) => stack,
+        }
+    }
+}
+
 impl Verdict {
-    fn judge_entry(&mut self, name: &'static str, image: &Image) -> Result<()> {
-        let graph = Graph::from(image, image.function_named(name)?);
-        let found = findings_of_entry(self.row, name, &graph);
+    fn judge_entry(&mut self, entry: Entry, image: &Image) -> Result<()> {
+        let graph = Graph::from(image, image.function_named(entry.name())?);
+        let found = findings_of_entry(self.row, entry, &graph);
         self.findings.extend(found.into_iter().map(|finding| format!("{}: {finding}", self.row.name)));
         for (routine, callers) in graph.costly() {
             self.costly.entry(routine).or_default().extend(callers);
         }
-        self.entries.push(EntryVerdict { name, functions: graph.reachable().count(), stack: graph.stack() });
+        let functions = graph.reachable().count();
+        self.entries.push(EntryVerdict { entry, functions, stack: entry.stack(&graph) });
         Ok(())
     }
 }
 
-fn findings_of_entry(row: &Row, name: &str, graph: &Graph<'_>) -> Vec<String> {
+fn findings_of_entry(row: &Row, entry: Entry, graph: &Graph<'_>) -> Vec<String> {
     let allowed: Vec<&str> = row.may_call_indirectly.iter().map(|(function, _)| *function).collect();
     let mut findings = graph.offences(&allowed);
-    match graph.stack() {
+    match entry.stack(graph) {
         Stack::Bounded { bytes, chain } if bytes > row.limits.stack => {
-            let (limit, chain) = (row.limits.stack, chain.join(" → "));
+            let (name, limit, chain) = (entry.name(), row.limits.stack, chain.join(" → "));
             findings.push(format!("{name} may use {bytes} bytes of stack, the limit is {limit}: {chain}"));
         }
         Stack::Recursion(circle) => findings.push(format!("recursion: {}", circle.join(" → "))),
@@ -230,10 +269,60 @@ fn missed_offenders(setting: &Setting, route: Route) -> Result<Vec<String>> {
     let mut missed = Vec::new();
     for (name, words) in OFFENDERS {
         let graph = Graph::from(&image, image.function_named(name)?);
-        let findings = findings_of_entry(&OFFENDERS_ROW, name, &graph);
+        let findings = findings_of_entry(&OFFENDERS_ROW, Entry::Call(name), &graph);
         if !findings.iter().any(|finding| finding.contains(words)) {
             missed.push(format!("{name} of firmware/gate is not found by its gate: the gate proves nothing"));
         }
     }
     Ok(missed)
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+
+    use super::*;
+
+    fn verdict(findings: &[&str]) -> Verdict {
+        let chain = vec!["tick::tick (592)".to_owned()];
+        Verdict {
+            row: &IMAGES[0],
+            flash: 22_790,
+            ram: 12,
+            entries: vec![EntryVerdict {
+                entry: IMAGES[0].entries[0],
+                functions: 21,
+                stack: Stack::Bounded { bytes: 592, chain },
+            }],
+            costly: BTreeMap::new(),
+            findings: findings.iter().map(|&finding| finding.to_owned()).collect(),
+        }
+    }
+
+    #[test]
+    fn memory_is_over_the_limit_beyond_it_and_not_at_it() {
+        assert_eq!(findings_of_memory(&IMAGES[0], LIMITS.flash, LIMITS.ram), [""; 0]);
+        let found = findings_of_memory(&IMAGES[0], LIMITS.flash + 1, LIMITS.ram + 1);
+        assert_eq!(
+            found,
+            [
+                "tick: 262145 bytes of flash, the limit is 262144",
+                "tick: 131073 bytes of RAM, the limit is 131072"
+            ]
+        );
+    }
+
+    #[test]
+    fn the_report_passes_only_without_findings() {
+        let report = |verdict, missed: &[String]| -> Value {
+            serde_json::from_str(&Form::Json.of(&[verdict], Route::Rustup, missed)).unwrap()
+        };
+        let good = report(verdict(&[]), &[]);
+        assert_eq!((&good["passed"], &good["images"][0]["flash_bytes"]), (&true.into(), &22_790.into()));
+        assert_eq!(good["images"][0]["entries"][0]["stack_bytes"], 592);
+        assert_eq!(report(verdict(&["tick: can panic: a → b"]), &[])["passed"], false);
+        assert_eq!(report(verdict(&[]), &["known_panic is not found".into()])["passed"], false);
+        let text = Form::Table.of(&[verdict(&["tick: can panic: a → b"])], Route::Rustup, &[]);
+        assert!(text.ends_with("findings: 1\n  tick: can panic: a → b"), "{text}");
+    }
 }

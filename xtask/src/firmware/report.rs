@@ -66,7 +66,7 @@ fn entry_line(entry: &EntryVerdict) -> String {
         Stack::Recursion(circle) => format!("stack without a bound: {}", circle.join(" → ")),
         Stack::Unknown(reason) => format!("stack unknown: {reason}"),
     };
-    format!("  {}: {} functions, {stack}", entry.name, entry.functions)
+    format!("  {}: {} functions, {stack}", entry.entry.name(), entry.functions)
 }
 
 fn findings(verdicts: &[Verdict], missed: &[String]) -> String {
@@ -75,7 +75,7 @@ fn findings(verdicts: &[Verdict], missed: &[String]) -> String {
         return "\nno panic, no allocation, no soft float, no wide division, no indirect call; every limit is kept".into();
     }
     let lines = all.iter().map(|finding| format!("\n  {finding}"));
-    format!("\n{} findings:{}", all.len(), lines.collect::<String>())
+    format!("\nfindings: {}{}", all.len(), lines.collect::<String>())
 }
 
 fn image(verdict: &Verdict) -> Value {
@@ -101,7 +101,7 @@ fn entry(entry: &EntryVerdict) -> Value {
         Stack::Unknown(reason) => (None, Vec::new(), Some(reason.clone())),
     };
     json!({
-        "function": entry.name,
+        "function": entry.entry.name(),
         "functions_reached": entry.functions,
         "stack_bytes": bytes,
         "stack_chain": chain,

@@ -23,9 +23,12 @@ impl Offence {
     }
 }
 
-/// The name as people read it, without the hash.
+/// The name as people read it, without the hash. The linker's bridges are told by where they lead.
 pub(crate) fn demangled(symbol: &str) -> String {
-    format!("{:#}", demangle(symbol))
+    match symbol.split_once("ABSLongThunk_") {
+        Some((kind, to)) if kind.starts_with("__Thumb") => format!("bridge to {:#}", demangle(to)),
+        _ => format!("{:#}", demangle(symbol)),
+    }
 }
 
 /// Which of a function's symbols to show: a path says more than a routine's name, and that more than a label.
@@ -170,6 +173,12 @@ mod tests {
         for (symbol, expected) in cases {
             assert_eq!(offence_of(symbol), expected, "{}", demangled(symbol));
         }
+    }
+
+    #[test]
+    fn a_bridge_is_told_by_where_it_leads() {
+        let symbol = "__Thumbv6MABSLongThunk__ZN4tick4tick17h9b533650bf6aebf5E";
+        assert_eq!(demangled(symbol), "bridge to tick::tick");
     }
 
     #[test]
