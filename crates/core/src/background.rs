@@ -9,6 +9,9 @@ use crate::units::Pos;
 /// Ticks from a request to the first set-point of its path: what a board needs for planning.
 pub const PLANNING_TICKS: u32 = 20;
 
+/// A move whose plan has not come after so many ticks is given up: whoever plans is gone.
+pub const PLAN_MISSING_TICKS: u32 = 2000;
+
 /// A move that wants a plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MoveRequest<const N: usize> {

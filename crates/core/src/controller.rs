@@ -1,6 +1,6 @@
 //! The controller: N axes and one coordinator, one function a tick.
 
-use crate::background::MoveRequest;
+use crate::background::{MoveRequest, PLAN_MISSING_TICKS};
 use crate::command::{Accepted, Command, Refusal};
 use crate::compensate::ErrorMap;
 use crate::design::{AxisConfig, Config, GLIDE_BITS};
@@ -11,9 +11,10 @@ use crate::machine::homing::{Found, Homing};
 use crate::machine::{Event, State, Stop, transition};
 use crate::plan::{LinePlan, Path, Ramp};
 use crate::publish::{AxisStatus, Fault, HomeReport, MoveReport, Outcome, Status};
-use crate::sense::{Sense, Sensed};
+use crate::sense::Sense;
 use crate::servo::IncrementalPid;
 use crate::units::Pos;
+use crate::wide;
 
 /// One axis: sense, guard, compensate, servo, drive.
 #[derive(Clone, Copy, Debug)]
@@ -22,16 +23,19 @@ struct Axis {
     sense: Sense,
     guard: Guard,
     map: Option<ErrorMap>,
+    /// Readings at the ends of the travel, margin included.
+    travel: [Pos; 2],
     servo: IncrementalPid,
     drive: StepDrive,
     homing: Option<Homing>,
     glide: Glide,
     /// Set-point of the last tick, scale frame.
     set_point: Pos,
+    /// The same in the stage frame, if it was made from there.
+    place: Pos,
     homed: bool,
     found: Option<Found>,
     home: HomeReport,
-    sensed: Sensed,
     illegal: u32,
     glitches: u32,
 }
@@ -100,6 +104,7 @@ impl<const N: usize> Controller<N> {
     }
 
     /// One tick, at the servo rate; bounded time, never fails.
+    #[inline(never)]
     pub fn tick(&mut self, inputs: &Inputs<N>) -> Outputs<N> {
         self.sense(inputs);
         self.guard(inputs);
@@ -148,7 +153,9 @@ impl<const N: usize> Controller<N> {
         if self.state.is_busy() {
             return Err(Refusal::Busy(self.state));
         }
-        self.axes.get_mut(axis).ok_or(Refusal::NoSuchAxis(axis))?.map = map;
+        let axis = self.axes.get_mut(axis).ok_or(Refusal::NoSuchAxis(axis))?;
+        axis.map = map;
+        axis.find_ends();
         if self.state == State::Ready {
             // The table stays; the place where it stands gets its true name.
             self.hold_set_point();
@@ -183,16 +190,18 @@ impl<const N: usize> Controller<N> {
 
     // ---- sense -------------------------------------------------------------------------------------------------
 
+    #[inline(never)]
     fn sense(&mut self, inputs: &Inputs<N>) {
         for (axis, inputs) in self.axes.iter_mut().zip(&inputs.axes) {
-            axis.sensed = axis.sense.read(inputs, &axis.config.sense);
-            axis.illegal = axis.illegal.saturating_add(u32::from(axis.sensed.illegal));
-            axis.glitches = axis.glitches.saturating_add(u32::from(axis.sensed.glitches));
+            axis.sense.read(inputs, axis.config.sense);
+            axis.illegal = axis.illegal.wrapping_add(u32::from(axis.sense.now.illegal));
+            axis.glitches = axis.glitches.wrapping_add(u32::from(axis.sense.now.glitches));
         }
     }
 
     // ---- guard -------------------------------------------------------------------------------------------------
 
+    #[inline(never)]
     fn guard(&mut self, inputs: &Inputs<N>) {
         let expected = self.last_tick.map(|tick| tick.wrapping_add(1));
         self.last_tick = Some(inputs.tick);
@@ -200,12 +209,11 @@ impl<const N: usize> Controller<N> {
         let mut fault = guard::judge_shared(inputs, expected, host_timeout);
         let (on, homing) = (self.state.is_on(), self.axes.iter().any(|axis| axis.homing.is_some()));
         for (number, axis) in self.axes.iter_mut().enumerate() {
-            let place = axis.stage_from_scale(axis.sensed.position);
-            let watch = Watch { set_point: axis.set_point, place, on, homing, homed: axis.homed };
             // Every guard runs every tick: they remember.
-            let found = axis.guard.judge(number, &axis.sensed, &watch, &axis.config.guard);
-            axis.doubt_the_zero(found, on);
-            fault = Fault::worse(fault, found);
+            let found = axis.guard(number, on, homing);
+            if found.is_some() {
+                fault = Fault::worse(fault, found);
+            }
         }
         if let Some(fault) = fault {
             self.fail(fault);
@@ -225,10 +233,12 @@ impl<const N: usize> Controller<N> {
 
     // ---- machine -----------------------------------------------------------------------------------------------
 
+    #[inline(never)]
     fn machine(&mut self, tick: u32) {
         match self.state {
             State::Homing => self.home(),
             State::Moving if self.path_ended() => self.end_path(tick),
+            State::Moving if self.plan_is_missing(tick) => self.fail(Fault::PlanMissing),
             State::Settling => self.settle(tick),
             State::Stopping => self.halt(),
             _ => {}
@@ -326,7 +336,7 @@ impl<const N: usize> Controller<N> {
         let mut failed = None;
         for (number, axis) in self.axes.iter_mut().enumerate() {
             if let Some(homing) = axis.homing.as_mut() {
-                match homing.tick(&axis.sensed, &axis.config.homing) {
+                match homing.tick(&axis.sense.now, &axis.config.homing) {
                     Ok(speed) => axis.glide.wanted = speed,
                     Err(failure) => failed = failed.or(Some(Fault::Homing { axis: number, failure })),
                 }
@@ -344,7 +354,13 @@ impl<const N: usize> Controller<N> {
     }
 
     fn path_ended(&self) -> bool {
-        self.path.is_holding() && self.current.is_some_and(|current| !current.wants_plan)
+        self.path.is_holding() && self.current.as_ref().is_some_and(|current| !current.wants_plan)
+    }
+
+    fn plan_is_missing(&self, tick: u32) -> bool {
+        self.current.as_ref().is_some_and(|current| {
+            current.wants_plan && tick.wrapping_sub(current.began) > PLAN_MISSING_TICKS
+        })
     }
 
     fn end_path(&mut self, tick: u32) {
@@ -417,7 +433,7 @@ impl<const N: usize> Controller<N> {
     /// Takes the reading for the target, once: after this the target no longer follows the reading.
     fn hold_reading(&mut self) {
         for axis in &mut self.axes {
-            axis.set_point = axis.sensed.position;
+            axis.set_point = axis.sense.now.position;
             axis.servo.reset();
         }
         self.hold_set_point();
@@ -433,6 +449,7 @@ impl<const N: usize> Controller<N> {
 
     // ---- plan --------------------------------------------------------------------------------------------------
 
+    #[inline(never)]
     fn plan(&mut self, tick: u32) -> [Pos; N] {
         for axis in &mut self.axes {
             axis.glide();
@@ -442,22 +459,24 @@ impl<const N: usize> Controller<N> {
 
     // ---- compensate --------------------------------------------------------------------------------------------
 
+    #[inline(never)]
     fn compensate(&mut self, stage: &[Pos; N]) {
         let following_path = self.state.is_on();
         for (axis, &place) in self.axes.iter_mut().zip(stage) {
             if following_path && axis.homing.is_none() {
-                axis.set_point = axis.scale_from_stage(place);
+                axis.follow(place);
             }
         }
     }
 
     // ---- servo -------------------------------------------------------------------------------------------------
 
+    #[inline(never)]
     fn servo(&mut self) -> [i64; N] {
         let mut speeds = [0; N];
         for (speed, axis) in speeds.iter_mut().zip(&mut self.axes) {
             if self.state.is_on() {
-                *speed = axis.servo.tick(axis.set_point, axis.sensed.position, &axis.config.servo);
+                *speed = axis.servo.tick(axis.set_point, axis.sense.now.position, &axis.config.servo);
             } else {
                 axis.servo.reset();
             }
@@ -467,6 +486,7 @@ impl<const N: usize> Controller<N> {
 
     // ---- drive -------------------------------------------------------------------------------------------------
 
+    #[inline(never)]
     fn drive(&mut self, speeds: &[i64; N]) -> Outputs<N> {
         let mut outputs = Outputs::OFF;
         let on = self.state.is_on();
@@ -478,21 +498,18 @@ impl<const N: usize> Controller<N> {
 
     // ---- publish -----------------------------------------------------------------------------------------------
 
+    #[inline(never)]
     fn publish(&mut self, tick: u32) {
-        let mut axes = [AxisStatus::default(); N];
-        for ((status, axis), (&target, &set_point)) in
-            axes.iter_mut().zip(&self.axes).zip(self.target.iter().zip(&self.path.set_point()))
-        {
-            *status = axis.status(target, set_point);
+        let status = &mut self.status;
+        status.tick = tick;
+        status.state = self.state;
+        status.fault = self.fault;
+        status.move_number = self.move_number;
+        status.last_move = self.last_move;
+        let places = self.target.iter().zip(self.path.places());
+        for ((status, axis), (&target, &set_point)) in status.axes.iter_mut().zip(&self.axes).zip(places) {
+            axis.publish(status, target, set_point);
         }
-        self.status = Status {
-            tick,
-            state: self.state,
-            fault: self.fault,
-            move_number: self.move_number,
-            last_move: self.last_move,
-            axes,
-        };
     }
 }
 
@@ -503,15 +520,16 @@ impl Axis {
             sense: Sense::default(),
             guard: Guard::default(),
             map: None,
+            travel: [config.low - config.margin, config.high + config.margin],
             servo: IncrementalPid::default(),
             drive: StepDrive::default(),
             homing: None,
             glide: Glide::default(),
             set_point: Pos::ZERO,
+            place: Pos::ZERO,
             homed: false,
             found: None,
             home: HomeReport::default(),
-            sensed: Sensed::default(),
             illegal: 0,
             glitches: 0,
         }
@@ -519,32 +537,58 @@ impl Axis {
 
     fn begin_homing(&mut self, was_on: bool) {
         if !was_on {
-            self.set_point = self.sensed.position;
+            self.set_point = self.sense.now.position;
             self.servo.reset();
         }
-        self.homing = Some(Homing::new(&self.sensed));
+        self.homing = Some(Homing::new(&self.sense.now));
         self.glide = Glide::default();
     }
 
+    fn guard(&mut self, number: usize, on: bool, homing: bool) -> Option<Fault> {
+        let watch = Watch { set_point: self.set_point, travel: self.travel, on, homing, homed: self.homed };
+        let found = self.guard.judge(number, &self.sense.now, &watch, &self.config.guard);
+        if found.is_some() || self.sense.now.illegal > 0 {
+            self.doubt_the_zero(found, on);
+        }
+        found.map(|fault| self.in_stage_frame(fault))
+    }
+
+    #[cold]
+    fn in_stage_frame(&self, fault: Fault) -> Fault {
+        match fault {
+            Fault::SoftLimit { axis, position } => {
+                Fault::SoftLimit { axis, position: self.stage_from_scale(position) }
+            }
+            fault => fault,
+        }
+    }
+
+    #[cold]
     /// Counts may be missing after an encoder was lost, or when it was disturbed while nobody looked.
     fn doubt_the_zero(&mut self, found: Option<Fault>, on: bool) {
         let lost = matches!(found, Some(Fault::EncoderLost { .. } | Fault::EncoderIllegal { .. }));
-        if lost || (!on && self.sensed.illegal > 0) {
+        if lost || (!on && self.sense.now.illegal > 0) {
             self.homed = false;
         }
     }
 
+    /// Where the scale reads at the ends of the travel: the guard compares readings.
+    fn find_ends(&mut self) {
+        let (low, high) = (self.config.low - self.config.margin, self.config.high + self.config.margin);
+        self.travel = [low, high].map(|end| self.map.as_ref().map_or(end, |map| map.scale_from_stage(end)));
+    }
+
     fn has_homed(&self) -> bool {
-        self.homing.is_some_and(|homing| homing.found().is_some()) && self.glide.ramp.is_at_rest()
+        self.homing.as_ref().is_some_and(Homing::is_done) && self.glide.ramp.is_at_rest()
     }
 
     fn end_homing(&mut self) {
-        let Some(found) = self.homing.take().and_then(|homing| homing.found()) else {
+        let Some(found) = self.homing.as_ref().and_then(Homing::found) else {
             return;
         };
+        self.homing = None;
         let count_pm = self.config.sense.count_pm;
-        let before = self.sense.set_origin(found.zero);
-        let shift = (found.zero - before).to_pos(count_pm);
+        let shift = self.sense.set_origin(found.zero, self.config.sense);
         let switch = (found.switch - found.zero).to_pos(count_pm);
         let last = self.found.replace(found);
         self.home = HomeReport {
@@ -555,13 +599,12 @@ impl Axis {
         };
         self.homed = true;
         // The frame moves under the stage: nothing else may.
-        self.sensed.position = self.sensed.position - shift;
         self.set_point = self.set_point - shift;
         self.servo.reset();
     }
 
     fn is_inside(&self) -> bool {
-        (self.set_point - self.sensed.position).abs() <= self.config.window
+        wide::is_within(self.set_point.way_from(self.sense.now.position), self.config.window.pm())
     }
 
     fn glide(&mut self) {
@@ -569,7 +612,7 @@ impl Axis {
             return;
         }
         let speed = self.glide.ramp.tick(self.glide.wanted, &self.config.glide);
-        let way = self.glide.rest.saturating_add(speed);
+        let way = self.glide.rest.wrapping_add(speed);
         self.set_point = self.set_point + Pos::from_pm(way >> GLIDE_BITS);
         self.glide.rest = way & ((1 << GLIDE_BITS) - 1);
     }
@@ -578,25 +621,31 @@ impl Axis {
         self.map.as_ref().map_or(reading, |map| map.stage_from_scale(reading))
     }
 
-    fn scale_from_stage(&self, place: Pos) -> Pos {
-        self.map.as_ref().map_or(place, |map| map.scale_from_stage(place))
+    /// Puts the set-point where the scale reads when the table is at `place`.
+    fn follow(&mut self, place: Pos) {
+        // From one tick to the next the reading goes about as far as the table.
+        let near = Pos::from_pm(self.set_point.pm().wrapping_add(place.way_from(self.place)));
+        self.place = place;
+        self.set_point = self.map.as_ref().map_or(place, |map| map.scale_from_stage_near(place, near));
     }
 
-    fn status(&self, target: Pos, set_point: Pos) -> AxisStatus {
-        AxisStatus {
-            position: self.stage_from_scale(self.sensed.position),
-            set_point,
-            target,
-            reading: self.sensed.position,
-            following_error: self.set_point - self.sensed.position,
-            in_window: self.is_inside(),
-            homed: self.homed,
-            mapped: self.map.is_some(),
-            limit_low: self.sensed.limit_low,
-            limit_high: self.sensed.limit_high,
-            illegal: self.illegal,
-            glitches: self.glitches,
-            home: self.home,
+    fn publish(&self, status: &mut AxisStatus, target: Pos, set_point: Pos) {
+        let reading = self.sense.now.position;
+        let following_error = Pos::from_pm(self.set_point.way_from(reading));
+        status.position = self.stage_from_scale(reading);
+        status.set_point = set_point;
+        status.target = target;
+        status.reading = reading;
+        status.following_error = following_error;
+        status.in_window = self.is_inside();
+        status.homed = self.homed;
+        status.mapped = self.map.is_some();
+        status.limit_low = self.sense.now.limit_low;
+        status.limit_high = self.sense.now.limit_high;
+        status.illegal = self.illegal;
+        status.glitches = self.glitches;
+        if status.home.count != self.home.count {
+            status.home = self.home;
         }
     }
 }

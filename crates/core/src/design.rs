@@ -43,7 +43,7 @@ pub struct AxisSettings {
     pub following_error_um: f64,
     /// Commanded travel without a single count that means a lost encoder, µm.
     pub encoder_lost_um: f64,
-    /// Fast loss of steps against the encoder that means a stall, µm.
+    /// Fast loss of steps against the encoder that means a stall, µm; at most 500.
     pub stall_um: f64,
     /// Illegal transitions that are allowed in a block of 256 ticks.
     pub illegal_transitions: u16,
@@ -126,6 +126,8 @@ pub struct AxisConfig {
     pub low: Pos,
     /// Highest target, stage frame.
     pub high: Pos,
+    /// How far beyond both the table may be before the stage brakes.
+    pub margin: Pos,
     /// In-position window.
     pub window: Pos,
 }
@@ -260,6 +262,8 @@ impl AxisSettings {
         check(axis, "home_index_mm", self.home_index_mm, index, "-1000 … 1000 mm")?;
         let following = self.following_error_um <= 2000.0;
         check(axis, "following_error_um", self.following_error_um, following, "at most 2000 µm")?;
+        let stall = self.stall_um <= 500.0;
+        check(axis, "stall_um", self.stall_um, stall, "at most 500 µm")?;
         for (key, value) in [("home_fast_mm_s", self.home_fast_mm_s), ("home_slow_mm_s", self.home_slow_mm_s)]
         {
             check(axis, key, value, value <= self.speed_mm_s, "at most speed_mm_s")?;
@@ -334,28 +338,26 @@ impl AxisSettings {
     }
 
     fn build(&self, tick_hz: f64) -> AxisConfig {
-        let margin = Pos::from_mm(self.travel_margin_mm);
         let (low, high) = (Pos::from_mm(self.travel_low_mm), Pos::from_mm(self.travel_high_mm));
         let limits = self.limits(tick_hz);
         AxisConfig {
             sense: self.sense(tick_hz),
             guard: guard::Config {
-                low: low - margin,
-                high: high + margin,
                 following_error: Pos::from_um(self.following_error_um),
-                encoder_lost: Pos::from_um(self.encoder_lost_um),
-                stall: Pos::from_um(self.stall_um),
-                step_pm: Pos::from_um(self.step_um).pm(),
-                count_pm: Pos::from_um(self.count_um).pm(),
+                encoder_lost_pulses: libm::floor(self.encoder_lost_um / self.step_um) as u32,
+                stall_pm: Pos::from_um(self.stall_um).pm() as u32,
+                step: guard::Travel::of(Pos::from_um(self.step_um).pm() as i32),
+                count: guard::Travel::of(Pos::from_um(self.count_um).pm() as i32),
                 illegal_transitions: self.illegal_transitions,
             },
             homing: self.homing(tick_hz),
             servo: self.servo(tick_hz),
             drive: self.drive(tick_hz),
-            glide: RampLimits { acceleration: glide(limits.acceleration), jerk: glide(limits.jerk) },
+            glide: RampLimits::new(glide(limits.acceleration), glide(limits.jerk)),
             limits,
             low,
             high,
+            margin: Pos::from_mm(self.travel_margin_mm),
             window: Pos::from_um(self.in_position_um),
         }
     }
@@ -363,7 +365,7 @@ impl AxisSettings {
     fn sense(&self, tick_hz: f64) -> sense::Config {
         let ticks = |ms: f64| libm::ceil(ms * 1e-3 * tick_hz).clamp(1.0, 65_535.0) as u16;
         sense::Config {
-            count_pm: Pos::from_um(self.count_um).pm(),
+            count_pm: Pos::from_um(self.count_um).pm() as i32,
             switch_press_ticks: ticks(self.switch_press_ms),
             switch_release_ticks: ticks(self.switch_release_ms),
         }
@@ -431,7 +433,8 @@ mod tests {
     fn the_default_stage_builds_and_bad_settings_are_named() {
         let good = StageSettings::<2>::default();
         assert!(good.build().is_ok());
-        let cases: [(&str, Spoil); 11] = [
+        let cases: [(&str, Spoil); 12] = [
+            ("stall_um", |s| s.axes[0].stall_um = 501.0),
             ("acceleration_mm_s2", |s| s.tick_hz = 1000.0),
             ("speed_mm_s", |s| {
                 s.axes[0].speed_mm_s = 0.05;

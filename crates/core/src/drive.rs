@@ -1,7 +1,7 @@
 //! Drive: turns the speed of the law into what the power stage is told.
 
 use crate::edge::{Actuation, AxisOutputs, StepRate};
-use crate::servo::{SPEED_BITS, within};
+use crate::servo::SPEED_BITS;
 
 /// Limits of a step drive; rates are step pulses a tick with 16 fractional bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,11 +18,17 @@ pub struct StepDrive {
     rate: i32,
 }
 
+/// A value within ± `limit`. Unlike `clamp` it has no case that panics.
+fn within(value: i32, limit: i32) -> i32 {
+    value.max(limit.saturating_neg()).min(limit)
+}
+
 impl StepDrive {
     /// One tick with the drive on. `speed` has [`SPEED_BITS`] fractional bits.
     pub fn on(&mut self, speed: i64, config: &Config) -> AxisOutputs {
-        let wanted = within(speed >> (SPEED_BITS - 16), i64::from(config.fastest)) as i32;
-        let change = within(i64::from(wanted.saturating_sub(self.rate)), i64::from(config.change)) as i32;
+        // Of 48 fractional bits 16 are left: the upper half.
+        let wanted = within((speed >> (SPEED_BITS - 16)) as i32, config.fastest);
+        let change = within(wanted.saturating_sub(self.rate), config.change);
         self.rate = self.rate.saturating_add(change);
         AxisOutputs { actuation: Actuation::Steps(StepRate(self.rate)), piezo: 0, enable: true }
     }

@@ -6,26 +6,53 @@ use crate::edge::Inputs;
 use crate::publish::{End, Fault};
 use crate::sense::Sensed;
 use crate::units::Pos;
+use crate::wide;
 
 /// Limits of one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Config {
-    /// Lowest place of the table while homed, stage frame, outside of which the stage brakes.
-    pub low: Pos,
-    /// Highest place of the table while homed, stage frame.
-    pub high: Pos,
     /// Largest distance between set-point and reading.
     pub following_error: Pos,
-    /// Commanded travel during which the encoder stands still to the count, at which it is taken for lost.
-    pub encoder_lost: Pos,
-    /// Loss of steps against the encoder, faster than about 4096 ticks, at which the motor is taken for stalled.
-    pub stall: Pos,
-    /// Travel of one step pulse, picometres.
-    pub step_pm: i64,
-    /// Travel of one count, picometres.
-    pub count_pm: i64,
+    /// Step pulses commanded while the encoder stands still to the count, at which it is taken for lost.
+    pub encoder_lost_pulses: u32,
+    /// Loss of steps against the encoder, faster than about 4096 ticks, at which the motor is taken for stalled,
+    /// picometres; at most [`MOST_PM`].
+    pub stall_pm: u32,
+    /// Travel of a step pulse.
+    pub step: Travel,
+    /// Travel of a count.
+    pub count: Travel,
     /// Illegal transitions that the encoder may show in a block of 256 ticks.
     pub illegal_transitions: u16,
+}
+
+/// Travels of a tick that the guard tells apart, picometres: half a millimetre, 5 m/s at 10 kHz.
+pub const MOST_PM: i32 = 500_000_000;
+
+/// What one pulse or count is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Travel {
+    unit_pm: i32,
+    /// So many are [`MOST_PM`] or a little less.
+    most: i32,
+}
+
+impl Travel {
+    /// `unit_pm` picometres each, at least 1.
+    pub const fn of(unit_pm: i32) -> Self {
+        let unit_pm = if unit_pm < 1 { 1 } else { unit_pm };
+        let most = match MOST_PM.checked_div(unit_pm) {
+            Some(most) => most,
+            None => 0,
+        };
+        Self { unit_pm, most }
+    }
+
+    /// The travel of `number` of them, ±[`MOST_PM`] at most.
+    #[inline]
+    fn pm(self, number: i32) -> i32 {
+        number.min(self.most).max(self.most.wrapping_neg()).wrapping_mul(self.unit_pm)
+    }
 }
 
 /// What the guard must know of an axis besides its sensors.
@@ -33,8 +60,9 @@ pub struct Config {
 pub struct Watch {
     /// Set-point of the last tick, scale frame.
     pub set_point: Pos,
-    /// Where the table is now, stage frame.
-    pub place: Pos,
+    /// Readings at which the table is at the lowest and at the highest place it may be while homed; outside of them
+    /// the stage brakes.
+    pub travel: [Pos; 2],
     /// The drive is on.
     pub on: bool,
     /// Switches and the zero are being looked for: travel limits do not hold yet.
@@ -49,10 +77,10 @@ pub struct Guard {
     /// Pulses when the encoder last moved.
     pulses_at_motion: i32,
     /// Pulses of the last tick, to see what was commanded since.
-    last_pulses: Option<i32>,
+    last_pulses: i32,
     /// Commanded minus measured travel, against its own slow mean: screw pitch and scale errors are slow, steps are
     /// lost fast.
-    slip_pm: i64,
+    slip_pm: i32,
     illegal: u16,
     ticks: u8,
     /// The high switch has been free since homing began: pressed again, it is no longer the one homing came from.
@@ -60,10 +88,9 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// Judges one axis; the first trip found is returned.
+    /// Judges one axis; the first trip found is returned. The place of a soft limit is the reading.
+    #[inline]
     pub fn judge(&mut self, axis: usize, sensed: &Sensed, watch: &Watch, config: &Config) -> Option<Fault> {
-        let slip = self.slip(sensed, config);
-        let frozen = self.frozen(sensed, config);
         let illegal = self.count_illegal(sensed);
         if sensed.drive_fault {
             return Some(Fault::DriveFault { axis });
@@ -75,36 +102,37 @@ impl Guard {
             self.forget(sensed);
             return None;
         }
-        if frozen > config.encoder_lost {
+        let slip_pm = self.slip_pm(sensed, config);
+        if self.frozen(sensed) > config.encoder_lost_pulses {
             return Some(Fault::EncoderLost { axis });
         }
-        if slip > config.stall {
+        if slip_pm > config.stall_pm {
             return Some(Fault::Stall { axis });
         }
-        let error = watch.set_point - sensed.position;
-        if error.abs() > config.following_error {
-            return Some(Fault::FollowingError { axis, error });
+        let error = watch.set_point.way_from(sensed.position);
+        if !wide::is_within(error, config.following_error.pm()) {
+            return Some(Fault::FollowingError { axis, error: Pos::from_pm(error) });
         }
-        self.travel(axis, sensed, watch, config)
+        self.travel(axis, sensed, watch)
     }
 
-    /// Commanded travel since the encoder last moved.
-    fn frozen(&mut self, sensed: &Sensed, config: &Config) -> Pos {
+    /// Pulses commanded since the encoder last moved.
+    fn frozen(&mut self, sensed: &Sensed) -> u32 {
         if sensed.moved != 0 {
             self.pulses_at_motion = sensed.pulses;
         }
-        let pulses = i64::from(sensed.pulses.wrapping_sub(self.pulses_at_motion));
-        Pos::from_pm(pulses.saturating_mul(config.step_pm)).abs()
+        sensed.pulses.wrapping_sub(self.pulses_at_motion).unsigned_abs()
     }
 
     /// Commanded minus measured travel with its slow part (time constant 4096 ticks) taken away.
-    fn slip(&mut self, sensed: &Sensed, config: &Config) -> Pos {
-        let last = self.last_pulses.replace(sensed.pulses).unwrap_or(sensed.pulses);
-        let commanded = i64::from(sensed.pulses.wrapping_sub(last)).saturating_mul(config.step_pm);
-        let measured = sensed.moved.saturating_mul(config.count_pm);
-        let slip = self.slip_pm.saturating_add(commanded).saturating_sub(measured);
-        self.slip_pm = slip.saturating_sub(slip >> 12);
-        Pos::from_pm(self.slip_pm).abs()
+    fn slip_pm(&mut self, sensed: &Sensed, config: &Config) -> u32 {
+        let pulses = sensed.pulses.wrapping_sub(self.last_pulses);
+        self.last_pulses = sensed.pulses;
+        // Three times half a millimetre fits a word.
+        let lost = config.step.pm(pulses).wrapping_sub(config.count.pm(sensed.moved));
+        let slip = self.slip_pm.wrapping_add(lost);
+        self.slip_pm = slip.wrapping_sub(slip >> 12).min(MOST_PM).max(MOST_PM.wrapping_neg());
+        self.slip_pm.unsigned_abs()
     }
 
     /// Illegal transitions since the running block of 256 ticks began.
@@ -122,9 +150,10 @@ impl Guard {
     fn forget(&mut self, sensed: &Sensed) {
         self.slip_pm = 0;
         self.pulses_at_motion = sensed.pulses;
+        self.last_pulses = sensed.pulses;
     }
 
-    fn travel(&mut self, axis: usize, sensed: &Sensed, watch: &Watch, config: &Config) -> Option<Fault> {
+    fn travel(&mut self, axis: usize, sensed: &Sensed, watch: &Watch) -> Option<Fault> {
         let at = |end| Some(Fault::LimitSwitch { axis, end });
         let came_from_high = watch.homing && !self.left_high;
         self.left_high = watch.homing && (self.left_high || !sensed.limit_high);
@@ -138,8 +167,9 @@ impl Guard {
         if sensed.limit_high {
             return at(End::High);
         }
-        let position = watch.place;
-        let outside = position < config.low || position > config.high;
+        let position = sensed.position;
+        let [low, high] = watch.travel;
+        let outside = position < low || position > high;
         (watch.homed && outside).then_some(Fault::SoftLimit { axis, position })
     }
 }
@@ -166,17 +196,15 @@ mod tests {
     use super::*;
 
     const CONFIG: Config = Config {
-        low: Pos::from_pm(-900_000_000),
-        high: Pos::from_pm(100_900_000_000),
         following_error: Pos::from_pm(150_000_000),
-        encoder_lost: Pos::from_pm(40_000_000),
-        stall: Pos::from_pm(80_000_000),
-        step_pm: 312_500,
-        count_pm: 100_000,
+        encoder_lost_pulses: 128,
+        stall_pm: 80_000_000,
+        step: Travel::of(312_500),
+        count: Travel::of(100_000),
         illegal_transitions: 8,
     };
-    const WATCH: Watch =
-        Watch { set_point: Pos::ZERO, place: Pos::ZERO, on: true, homing: false, homed: true };
+    const TRAVEL: [Pos; 2] = [Pos::from_pm(-900_000_000), Pos::from_pm(100_900_000_000)];
+    const WATCH: Watch = Watch { set_point: Pos::ZERO, travel: TRAVEL, on: true, homing: false, homed: true };
 
     /// The first trip of an axis that shows this tick after tick.
     fn trip(ticks: i32, sensed: impl Fn(i32) -> Sensed, watch: &Watch) -> Option<Fault> {
@@ -199,14 +227,17 @@ mod tests {
         assert_eq!(trip(5, at_rest, &watch(CONFIG.following_error)), None);
         let error = CONFIG.following_error + Pos::from_pm(1);
         assert_eq!(trip(5, at_rest, &watch(error)), Some(Fault::FollowingError { axis: 0, error }));
-        let watch = |place| Watch { place, ..WATCH };
-        for end in [CONFIG.low, CONFIG.high] {
-            assert_eq!(trip(5, at_rest, &watch(end)), None);
+        // The set-point goes along.
+        let at = |position| move |_| Sensed { position, ..Sensed::default() };
+        let [low, high] = TRAVEL;
+        for end in TRAVEL {
+            assert_eq!(trip(5, at(end), &watch(end)), None);
         }
-        for position in [CONFIG.low - Pos::from_pm(1), CONFIG.high + Pos::from_pm(1)] {
-            assert_eq!(trip(5, at_rest, &watch(position)), Some(Fault::SoftLimit { axis: 0, position }));
-            assert_eq!(trip(5, at_rest, &Watch { homed: false, ..watch(position) }), None);
-            assert_eq!(trip(5, at_rest, &Watch { homing: true, ..watch(position) }), None);
+        for position in [low - Pos::from_pm(1), high + Pos::from_pm(1)] {
+            let watch = watch(position);
+            assert_eq!(trip(5, at(position), &watch), Some(Fault::SoftLimit { axis: 0, position }));
+            assert_eq!(trip(5, at(position), &Watch { homed: false, ..watch }), None);
+            assert_eq!(trip(5, at(position), &Watch { homing: true, ..watch }), None);
         }
     }
 
@@ -230,7 +261,7 @@ mod tests {
         // 312.5 nm and 3.125 counts a pulse, as it should be: 25 counts for 8 pulses.
         let sound = |tick: i32| Sensed {
             pulses: tick,
-            moved: i64::from((tick + 1) * 25 / 8 - tick * 25 / 8),
+            moved: (tick + 1) * 25 / 8 - tick * 25 / 8,
             ..Sensed::default()
         };
         assert_eq!(trip(100_000, sound, &WATCH), None);

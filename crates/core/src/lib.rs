@@ -21,6 +21,7 @@
 
 pub mod controller;
 pub mod units;
+pub mod wide;
 
 // The edge of the world, and what crosses it.
 pub mod command;

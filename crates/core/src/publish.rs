@@ -56,6 +56,8 @@ pub enum Fault {
     },
     /// The host fell silent.
     HostGone,
+    /// A move waited for its plan and none came.
+    PlanMissing,
     /// The power stage of an axis reports a fault.
     DriveFault {
         /// Which axis.
@@ -121,7 +123,7 @@ impl Fault {
 
     /// Whether the stage may brake on its path before it is switched off. Everything else is cut in the same tick.
     pub const fn allows_braking(&self) -> bool {
-        matches!(self, Self::HostGone | Self::SoftLimit { .. } | Self::Homing { .. })
+        matches!(self, Self::HostGone | Self::PlanMissing | Self::SoftLimit { .. } | Self::Homing { .. })
     }
 }
 
@@ -131,6 +133,7 @@ impl fmt::Display for Fault {
             Self::EmergencyStop => write!(f, "emergency stop"),
             Self::TickOverrun { missed } => write!(f, "tick overrun, {missed} missed"),
             Self::HostGone => write!(f, "the host fell silent"),
+            Self::PlanMissing => write!(f, "no plan came for the move"),
             Self::DriveFault { axis } => write!(f, "{}: the power stage reports a fault", axis_name(axis)),
             Self::LimitSwitch { axis, end } => write!(f, "{}: {end} limit switch", axis_name(axis)),
             Self::SoftLimit { axis, position } => {

@@ -2,12 +2,13 @@
 
 use crate::edge::AxisInputs;
 use crate::units::{Counts, Pos};
+use crate::wide;
 
 /// What sensing an axis needs to know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Config {
     /// One count after 4× decoding, picometres.
-    pub count_pm: i64,
+    pub count_pm: i32,
     /// Ticks that a switch must be pressed before it is believed.
     pub switch_press_ticks: u16,
     /// Ticks that a switch must be free before it is believed; longer than it bounces.
@@ -22,7 +23,7 @@ pub struct Sensed {
     /// The counter extended to 64 bit, from power-on.
     pub raw: Counts,
     /// Counts since the last tick.
-    pub moved: i64,
+    pub moved: i32,
     /// Extended counter at the reference mark, when it was passed since the last tick.
     pub index: Option<Counts>,
     /// Illegal transitions since the last tick.
@@ -42,46 +43,56 @@ pub struct Sensed {
 /// What sensing an axis remembers.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sense {
+    /// What the last tick showed.
+    pub now: Sensed,
     last: Option<u32>,
-    raw: Counts,
     origin: Counts,
     low: Switch,
     high: Switch,
 }
 
 impl Sense {
-    /// Reads one tick. The counter may move up to 2³¹ counts between two ticks.
-    pub fn read(&mut self, inputs: &AxisInputs, config: &Config) -> Sensed {
-        let moved = self.extend(inputs.counter);
-        Sensed {
-            position: (self.raw - self.origin).to_pos(config.count_pm),
-            raw: self.raw,
-            moved,
-            index: inputs.index.map(|latched| self.extended(latched, inputs.counter)),
-            illegal: inputs.illegal,
-            glitches: inputs.glitches,
-            pulses: inputs.pulses,
-            limit_low: self.low.read(inputs.limit_low, config),
-            limit_high: self.high.read(inputs.limit_high, config),
-            drive_fault: inputs.drive_fault,
-        }
+    /// Reads one tick into [`Sense::now`]. The counter may move up to 2³¹ counts between two ticks.
+    #[inline]
+    pub fn read(&mut self, inputs: &AxisInputs, config: Config) {
+        self.extend(inputs.counter, config);
+        let index = inputs.index.map(|latched| self.extended(latched, inputs.counter));
+        let now = &mut self.now;
+        now.index = index;
+        now.illegal = inputs.illegal;
+        now.glitches = inputs.glitches;
+        now.pulses = inputs.pulses;
+        now.limit_low = self.low.read(inputs.limit_low, config);
+        now.limit_high = self.high.read(inputs.limit_high, config);
+        now.drive_fault = inputs.drive_fault;
     }
 
-    /// Puts the zero of the scale frame at an extended count; returns where it was.
-    pub fn set_origin(&mut self, origin: Counts) -> Counts {
-        core::mem::replace(&mut self.origin, origin)
-    }
-
-    fn extend(&mut self, counter: u32) -> i64 {
-        let last = self.last.replace(counter).unwrap_or(counter);
-        let moved = i64::from(counter.wrapping_sub(last).cast_signed());
-        self.raw = self.raw + Counts::new(moved);
+    /// Puts the zero of the scale frame at an extended count; returns how far it moved. The position becomes another
+    /// by as much.
+    pub fn set_origin(&mut self, origin: Counts, config: Config) -> Pos {
+        let moved = (origin - self.origin).to_pos(config.count_pm);
+        self.origin = origin;
+        self.now.position = self.now.position - moved;
         moved
+    }
+
+    /// Carries the position along with the counter: a product of the few counts of a tick is a short one.
+    fn extend(&mut self, counter: u32, config: Config) {
+        let last = self.last.replace(counter).unwrap_or(counter);
+        let moved = counter.wrapping_sub(last).cast_signed();
+        let now = &mut self.now;
+        now.moved = moved;
+        if moved != 0 {
+            // 2³¹ counts in every tick would take five days to fill 64 bits.
+            now.raw = Counts::new(now.raw.get().wrapping_add(i64::from(moved)));
+            let way = wide::mul_i32(moved, config.count_pm);
+            now.position = Pos::from_pm(now.position.pm().saturating_add(way));
+        }
     }
 
     /// A latched counter value lies less than 2³¹ counts from the counter itself.
     fn extended(&self, latched: u32, counter: u32) -> Counts {
-        self.raw + Counts::new(i64::from(latched.wrapping_sub(counter).cast_signed()))
+        self.now.raw + Counts::new(i64::from(latched.wrapping_sub(counter).cast_signed()))
     }
 }
 
@@ -94,7 +105,7 @@ struct Switch {
 }
 
 impl Switch {
-    fn read(&mut self, contact: bool, config: &Config) -> bool {
+    fn read(&mut self, contact: bool, config: Config) -> bool {
         if contact == self.pressed {
             self.disagrees = 0;
             return self.pressed;
@@ -119,21 +130,36 @@ mod tests {
         AxisInputs { counter, ..AxisInputs::default() }
     }
 
+    fn read(sense: &mut Sense, inputs: &AxisInputs) -> Sensed {
+        sense.read(inputs, CONFIG);
+        sense.now
+    }
+
     #[test]
     fn positions_go_on_through_the_wrap_of_the_counter() {
         let mut sense = Sense::default();
-        sense.read(&at(u32::MAX - 1), &CONFIG);
-        assert_eq!(sense.read(&at(3), &CONFIG).moved, 5);
-        assert_eq!(sense.read(&at(3), &CONFIG).position, Pos::from_pm(500_000));
-        assert_eq!(sense.read(&at(u32::MAX), &CONFIG).moved, -4);
+        read(&mut sense, &at(u32::MAX - 1));
+        assert_eq!(read(&mut sense, &at(3)).moved, 5);
+        assert_eq!(read(&mut sense, &at(3)).position, Pos::from_pm(500_000));
+        assert_eq!(read(&mut sense, &at(u32::MAX)).moved, -4);
     }
 
     #[test]
     fn an_index_latched_before_the_wrap_is_extended_rightly() {
         let mut sense = Sense::default();
-        sense.read(&at(u32::MAX - 10), &CONFIG);
+        read(&mut sense, &at(u32::MAX - 10));
         let inputs = AxisInputs { counter: 5, index: Some(u32::MAX), ..AxisInputs::default() };
-        assert_eq!(sense.read(&inputs, &CONFIG).index, Some(Counts::new(10)));
+        assert_eq!(read(&mut sense, &inputs).index, Some(Counts::new(10)));
+    }
+
+    #[test]
+    fn another_zero_moves_the_position_and_nothing_else() {
+        let mut sense = Sense::default();
+        read(&mut sense, &at(0));
+        read(&mut sense, &at(70));
+        assert_eq!(sense.set_origin(Counts::new(30), CONFIG), Pos::from_um(3.0));
+        assert_eq!(read(&mut sense, &at(71)).position, Pos::from_um(4.1));
+        assert_eq!(sense.now.raw, Counts::new(71));
     }
 
     #[test]
@@ -143,7 +169,7 @@ mod tests {
         let mut before = false;
         let contact = |t: u32| t >= 100 && (t > 120 || t % 4 != 3);
         for t in 0..300 {
-            let now = switch.read(contact(t), &CONFIG);
+            let now = switch.read(contact(t), CONFIG);
             changes += u32::from(now != before);
             before = now;
         }

@@ -6,6 +6,7 @@
 //! of the set-point is added to u outside the law, so that the law only corrects.
 
 use crate::units::Pos;
+use crate::wide;
 
 /// Fractional bits of a speed inside the servo.
 pub const SPEED_BITS: u32 = 48;
@@ -40,15 +41,30 @@ pub struct IncrementalPid {
 }
 
 /// A value within ± `limit`. Unlike `clamp` it has no case that panics.
-pub(crate) fn within(value: i64, limit: i64) -> i64 {
+fn within(value: i64, limit: i64) -> i64 {
     value.max(limit.saturating_neg()).min(limit)
 }
 
-/// Errors are clamped to ±2 mm here; the guard has tripped long before.
+/// Errors are clamped to ±2 mm here; the guard has tripped long before. They fit a word.
 const LARGEST_ERROR: i64 = 2_000_000_000;
+
+impl Config {
+    /// Speed for a set-point that goes `way` in this tick.
+    fn fed_forward(&self, way: Pos) -> i64 {
+        // Exact up to 2¹⁵ pulses a tick; a path that is planned within its limits stays far below.
+        wide::mul_i64_i32(self.feed_forward, way.pm() as i32)
+    }
+}
+
+/// Gain times error. All but an error that has just changed its sign at full size fits a short product.
+fn times(gain: i32, error: i64) -> i64 {
+    let short = error as i32;
+    if i64::from(short) == error { wide::mul_i32(gain, short) } else { error.saturating_mul(i64::from(gain)) }
+}
 
 impl IncrementalPid {
     /// One tick: the speed to drive at.
+    #[inline]
     pub fn tick(&mut self, set_point: Pos, reading: Pos, config: &Config) -> i64 {
         let way = set_point - self.last_set_point.unwrap_or(set_point);
         self.last_set_point = Some(set_point);
@@ -62,16 +78,16 @@ impl IncrementalPid {
         self.u = within(u, config.limit);
         self.e2 = self.e1;
         self.e1 = error;
-        self.u.saturating_add(config.feed_forward.saturating_mul(way.pm()))
+        self.u.saturating_add(config.fed_forward(way))
     }
 
     /// Paper A's equation (2).
     fn change(&self, e: i64, config: &Config) -> i64 {
-        let p = e.saturating_sub(self.e1).saturating_mul(i64::from(config.kp));
-        let i = e.saturating_mul(i64::from(config.ki));
-        let second = e.saturating_sub(self.e1.saturating_mul(2)).saturating_add(self.e2);
-        let d = second.saturating_mul(i64::from(config.kd));
-        p.saturating_add(i).saturating_add(d)
+        // Errors are below 2³¹ each way, so that none of these sums can wrap.
+        let p = times(config.kp, e.wrapping_sub(self.e1));
+        let i = times(config.ki, e);
+        let second = e.wrapping_sub(self.e1.wrapping_add(self.e1)).wrapping_add(self.e2);
+        p.saturating_add(i).saturating_add(times(config.kd, second))
     }
 
     /// Forgets everything; the next tick starts from standstill without a jump.

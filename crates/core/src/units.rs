@@ -3,6 +3,7 @@
 //! Inside the tick a position is an integer number of picometres: whole nanometres would quantise the speed (one
 //! nanometre a tick is 10 µm/s at 10 kHz) and the subdivision of a fine grating.
 
+use crate::wide;
 use core::fmt;
 use core::ops::{Add, Neg, Sub};
 
@@ -47,6 +48,13 @@ impl Pos {
     /// Micrometres. For the edges, not the tick.
     pub fn um(self) -> f64 {
         self.0 as f64 / PM_PER_UM
+    }
+
+    /// The way from another position to this one. For the tick: unlike the operator it wraps, beyond 9.2 km.
+    #[must_use]
+    #[inline]
+    pub const fn way_from(self, other: Self) -> i64 {
+        self.0.wrapping_sub(other.0)
     }
 
     /// The distance from the origin.
@@ -134,8 +142,14 @@ impl Counts {
     }
 
     /// The distance these counts stand for when one count is `count_pm` picometres.
-    pub const fn to_pos(self, count_pm: i64) -> Pos {
-        Pos(self.0.saturating_mul(count_pm))
+    pub const fn to_pos(self, count_pm: i32) -> Pos {
+        let few = self.0 as i32;
+        // Travels of real stages are a short product.
+        if few as i64 == self.0 {
+            Pos(wide::mul_i32(few, count_pm))
+        } else {
+            Pos(self.0.saturating_mul(count_pm as i64))
+        }
     }
 }
 

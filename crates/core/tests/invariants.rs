@@ -9,7 +9,7 @@ use abbe_core::edge::{Actuation, AxisInputs, Inputs, Outputs, StepRate};
 use abbe_core::front::StepEmitter;
 use abbe_core::machine::State;
 use abbe_core::plan::LinePlan;
-use abbe_core::publish::Outcome;
+use abbe_core::publish::{Fault, Outcome};
 use abbe_core::{Command, Controller, Pos, Refusal, Status};
 use proptest::prelude::*;
 
@@ -203,6 +203,22 @@ fn a_plan_that_comes_after_the_stop_moves_nothing() {
     for (axis, held) in bench.status().axes.iter().zip(held) {
         assert!((axis.set_point - held).abs() <= Pos::from_um(0.5), "{:?}", axis.set_point);
     }
+}
+
+#[test]
+fn a_plan_that_never_comes_is_a_fault_and_not_a_wait_for_ever() {
+    let mut bench = Bench::homed();
+    bench.controller.command(Command::MoveTo([Pos::from_mm(9.0); 2])).unwrap();
+    for _ in 0..background::PLAN_MISSING_TICKS + 10 {
+        let inputs = bench.plant.step(&bench.outputs);
+        bench.outputs = bench.controller.tick(&inputs);
+    }
+    assert_eq!((bench.status().state, bench.status().fault), (State::Fault, Some(Fault::PlanMissing)));
+    assert_eq!(bench.status().last_move.unwrap().outcome, Outcome::Aborted);
+    bench.controller.command(Command::Reset).unwrap();
+    bench.controller.command(Command::Enable).unwrap();
+    bench.go(3.0, 3.0);
+    assert_eq!(bench.status().last_move.unwrap().outcome, Outcome::Arrived);
 }
 
 #[test]

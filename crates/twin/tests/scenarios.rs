@@ -245,6 +245,7 @@ fn fault_name(fault: &Fault) -> String {
         Fault::EmergencyStop => "emergency stop".into(),
         Fault::TickOverrun { missed } => format!("tick overrun {missed}"),
         Fault::HostGone => "host gone".into(),
+        Fault::PlanMissing => "plan missing".into(),
         Fault::DriveFault { axis } => format!("drive {}", axis_name(axis)),
         Fault::LimitSwitch { axis, end: End::Low } => format!("limit low {}", axis_name(axis)),
         Fault::LimitSwitch { axis, end: End::High } => format!("limit high {}", axis_name(axis)),

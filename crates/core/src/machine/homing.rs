@@ -62,7 +62,12 @@ impl Homing {
 
     /// What was found, once it is.
     pub fn found(&self) -> Option<Found> {
-        (self.phase == Phase::Done).then_some(self.found)
+        self.is_done().then_some(self.found)
+    }
+
+    /// Whether the zero is found.
+    pub fn is_done(&self) -> bool {
+        self.phase == Phase::Done
     }
 
     /// Takes one tick; returns the speed wanted now (picometres a tick, 16 fractional bits).
@@ -70,7 +75,7 @@ impl Homing {
     /// # Errors
     /// When the switch or the mark is not found within its distance.
     pub fn tick(&mut self, sensed: &Sensed, config: &Config) -> Result<i64, HomingFailure> {
-        let gone = (sensed.position - self.began).abs();
+        let gone = Pos::from_pm(sensed.position.way_from(self.began)).abs();
         match self.phase {
             Phase::SeekFast if sensed.limit_low => self.enter(Phase::BackOff, sensed),
             Phase::BackOff => self.back_off(sensed, config, gone)?,

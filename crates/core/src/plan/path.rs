@@ -3,6 +3,7 @@
 use super::profile::{Limits, Profile, Walk};
 use super::ramp::{Ramp, RampLimits};
 use crate::units::Pos;
+use crate::wide;
 
 /// A planned straight line. Made by [`LinePlan::new`] outside the tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,8 +14,8 @@ pub struct LinePlan<const N: usize> {
     /// Picometres per unit of way, with `shift` fractional bits, for each axis.
     gain: [i64; N],
     shift: u32,
-    /// Largest acceleration, units a tick², for braking.
-    acceleration: i64,
+    /// For braking, units a tick; the path itself has a jerk of one unit.
+    braking: RampLimits,
 }
 
 impl<const N: usize> LinePlan<N> {
@@ -41,12 +42,12 @@ impl<const N: usize> LinePlan<N> {
             *gain = scaled_quotient(delta, units, shift);
         }
         let acceleration = (along.acceleration / unit_pm).clamp(1.0, 2_147_483_648.0) as i64;
-        Self { profile, from, to, gain, shift, acceleration }
+        Self { profile, from, to, gain, shift, braking: RampLimits::new(acceleration, 1) }
     }
 
     fn nowhere(at: [Pos; N]) -> Self {
         let profile = Profile { jerk_ticks: 0, acceleration_ticks: 0, cruise_ticks: 0 };
-        Self { profile, from: at, to: at, gain: [0; N], shift: 0, acceleration: 1 }
+        Self { profile, from: at, to: at, gain: [0; N], shift: 0, braking: RampLimits::new(1, 1) }
     }
 
     /// Ticks from start to end.
@@ -57,7 +58,8 @@ impl<const N: usize> LinePlan<N> {
     fn at(&self, way: i64) -> [Pos; N] {
         let mut position = self.from;
         for (position, gain) in position.iter_mut().zip(self.gain) {
-            *position = *position + Pos::from_pm(scaled_product(way, gain, self.shift));
+            let along = wide::scaled(way, gain, self.shift);
+            *position = Pos::from_pm(position.pm().wrapping_add(along));
         }
         position
     }
@@ -91,13 +93,6 @@ fn scaled_quotient(delta: i64, units: i64, shift: u32) -> i64 {
     if delta < 0 { magnitude.saturating_neg() } else { magnitude }
 }
 
-/// `way · gain / 2^shift`, rounded to nearest.
-fn scaled_product(way: i64, gain: i64, shift: u32) -> i64 {
-    let half = 1i128.checked_shl(shift).unwrap_or(0) >> 1;
-    let product = i128::from(way).saturating_mul(i128::from(gain)).saturating_add(half);
-    product.checked_shr(shift).unwrap_or(0) as i64
-}
-
 /// What the set-point is doing.
 #[derive(Clone, Copy, Debug)]
 enum Motion<const N: usize> {
@@ -128,6 +123,11 @@ impl<const N: usize> Path<N> {
     /// The last set-point.
     pub fn set_point(&self) -> [Pos; N] {
         self.set_point
+    }
+
+    /// The same, to look at.
+    pub(crate) fn places(&self) -> &[Pos; N] {
+        &self.set_point
     }
 
     /// Takes a plan that begins at tick `start`.
@@ -171,9 +171,7 @@ impl<const N: usize> Path<N> {
                 }
             }
             Motion::Braking { plan, way, ramp } => {
-                // The path itself has a jerk of one unit.
-                let limits = RampLimits { acceleration: plan.acceleration, jerk: 1 };
-                *way = way.saturating_add(ramp.tick(0, &limits));
+                *way = way.wrapping_add(ramp.tick(0, &plan.braking));
                 self.set_point = plan.at(*way);
                 if ramp.is_at_rest() {
                     self.motion = Motion::Hold;
