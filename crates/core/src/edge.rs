@@ -8,6 +8,7 @@ pub const EDGE_VERSION: u16 = 1;
 
 /// The two samples of an analogue encoder, taken at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SinCos {
     /// Sine channel, converter code, full scale ±2¹⁵.
     pub sin: i16,
@@ -17,6 +18,7 @@ pub struct SinCos {
 
 /// What a tick sees of one axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AxisInputs {
     /// The hardware counter after 4× decoding; it wraps.
     pub counter: u32,
@@ -40,10 +42,12 @@ pub struct AxisInputs {
 
 /// What a tick sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Inputs<const N: usize> {
     /// Number of this tick; consecutive ticks count up by one and wrap.
     pub tick: u32,
     /// Each axis.
+    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     pub axes: [AxisInputs; N],
     /// The emergency stop is pressed.
     pub emergency_stop: bool,
@@ -77,10 +81,12 @@ impl<const N: usize> Inputs<N> {
 
 /// A rate of step pulses: pulses per tick, 16 fractional bits, signed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StepRate(pub i32);
 
 /// What the power stage of an axis is told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Actuation {
     /// Step pulses for a stepper.
     Steps(StepRate),
@@ -90,6 +96,7 @@ pub enum Actuation {
 
 /// What a tick does to one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AxisOutputs {
     /// The motor.
     pub actuation: Actuation,
@@ -106,8 +113,10 @@ impl AxisOutputs {
 
 /// What a tick does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Outputs<const N: usize> {
     /// Each axis.
+    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     pub axes: [AxisOutputs; N],
     /// Counter value of axis 0 at which the front end fires the camera, if armed.
     pub compare: Option<u32>,
