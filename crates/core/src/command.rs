@@ -7,6 +7,7 @@ use core::fmt;
 
 /// A request from any protocol. Positions are in the stage frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Command<const N: usize> {
     /// Switches the drives on and holds where the stage stands.
     Enable,
@@ -15,9 +16,9 @@ pub enum Command<const N: usize> {
     /// Finds the zero of every axis.
     Home,
     /// Goes to a position.
-    MoveTo([Pos; N]),
+    MoveTo(#[cfg_attr(feature = "serde", serde(with = "crate::arrays"))] [Pos; N]),
     /// Goes a distance from the last target (never from the reading: readings carry noise, adding them up is drift).
-    MoveBy([Pos; N]),
+    MoveBy(#[cfg_attr(feature = "serde", serde(with = "crate::arrays"))] [Pos; N]),
     /// Brakes on the path and holds.
     Stop,
     /// Leaves a fault; the drives stay off.

@@ -25,8 +25,10 @@ const ITERATIONS: u32 = 8;
 /// A second derivative κ costs κ h²/8 between two nodes: 1.2 nm on paper A's parabola (κ = 0.0336 µm/mm²), 16 nm where
 /// a polynomial of degree 13 bends most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ErrorMap {
     low: Pos,
+    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     nodes: [i32; NODES],
 }
 

@@ -18,6 +18,7 @@ use crate::wide;
 
 /// One axis: sense, guard, compensate, servo, drive.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Axis {
     config: AxisConfig,
     sense: Sense,
@@ -43,6 +44,7 @@ struct Axis {
 /// A set-point in the scale frame that moves at a wanted speed, for homing: the zero is not known yet, so there is no
 /// stage frame and no path.
 #[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Glide {
     ramp: Ramp,
     wanted: i64,
@@ -52,6 +54,7 @@ struct Glide {
 
 /// Where a move stands.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct CurrentMove<const N: usize> {
     report: MoveReport,
     began: u32,
@@ -69,12 +72,15 @@ struct CurrentMove<const N: usize> {
 /// [`set_error_map`](Self::set_error_map) and [`crate::background::advance`]. Call `tick` once before the first command:
 /// until then nothing is known of where the stage stands.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Controller<const N: usize> {
     config: Config<N>,
+    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     axes: [Axis; N],
     state: State,
     fault: Option<Fault>,
     path: Path<N>,
+    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     target: [Pos; N],
     current: Option<CurrentMove<N>>,
     last_move: Option<MoveReport>,

@@ -10,6 +10,7 @@ use core::fmt;
 
 /// What a builder knows of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AxisSettings {
     /// Travel of one encoder count after 4× decoding, µm; 0.001 … 100.
     pub count_um: f64,
@@ -67,6 +68,7 @@ pub struct AxisSettings {
 
 /// What a builder knows of a stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StageSettings<const N: usize> {
     /// Servo rate, Hz; 100 … 100 000.
     pub tick_hz: f64,
@@ -77,6 +79,7 @@ pub struct StageSettings<const N: usize> {
     /// Silence of the host after which the stage brakes, ms; 0 never.
     pub host_timeout_ms: f64,
     /// Each axis.
+    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     pub axes: [AxisSettings; N],
 }
 
@@ -107,6 +110,7 @@ impl core::error::Error for DesignError {}
 
 /// An axis as the tick uses it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AxisConfig {
     /// For [`crate::sense`].
     pub sense: sense::Config,
@@ -134,8 +138,10 @@ pub struct AxisConfig {
 
 /// A stage as the tick uses it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Config<const N: usize> {
     /// Each axis.
+    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     pub axes: [AxisConfig; N],
     /// Ticks in a second.
     pub tick_hz: f64,

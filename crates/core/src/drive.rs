@@ -5,6 +5,7 @@ use crate::servo::SPEED_BITS;
 
 /// Limits of a step drive; rates are step pulses a tick with 16 fractional bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Config {
     /// Largest rate.
     pub fastest: i32,
@@ -14,6 +15,7 @@ pub struct Config {
 
 /// What a step drive remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StepDrive {
     rate: i32,
 }

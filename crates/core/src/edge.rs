@@ -85,6 +85,7 @@ pub const EDGE_VERSION: u16 = 1;
 
 /// The two samples of an analogue encoder, taken at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SinCos {
     /// Sine channel, converter code, full scale ±2¹⁵.
     pub sin: i16,
@@ -94,6 +95,7 @@ pub struct SinCos {
 
 /// What a tick sees of one axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AxisInputs {
     /// The hardware counter after 4× decoding, counts of `count_um`, as it stands now; it wraps.
     ///
@@ -131,11 +133,13 @@ pub struct AxisInputs {
 
 /// What a tick sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Inputs<const N: usize> {
     /// Number of this tick. The first may have any; each is one more than the last, and wraps. A gap or a repetition is a
     /// tick overrun: a fault that cuts. Plans name the tick at which they begin by this number.
     pub tick: u32,
     /// Each axis.
+    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     pub axes: [AxisInputs; N],
     /// The emergency stop is pressed: cut in the same tick. The stop itself must cut the drives in hardware.
     pub emergency_stop: bool,
@@ -174,10 +178,12 @@ impl<const N: usize> Inputs<N> {
 /// this). A rate changes from tick to tick by at most three times the acceleration of the settings, and is at most 1.2
 /// times their speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StepRate(pub i32);
 
 /// What the power stage of an axis is told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Actuation {
     /// Step pulses for a stepper.
     Steps(StepRate),
@@ -187,6 +193,7 @@ pub enum Actuation {
 
 /// What a tick does to one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AxisOutputs {
     /// The motor, in force until the outputs of the next tick. This version always says [`Actuation::Steps`].
     pub actuation: Actuation,
@@ -206,8 +213,10 @@ impl AxisOutputs {
 /// A board writes its pins a tick later and reads its sensors a tick before; the default gains hold for that, and so for
 /// a plant that is quicker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Outputs<const N: usize> {
     /// Each axis.
+    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     pub axes: [AxisOutputs; N],
     /// Counter value of axis 0 at which the front end fires the camera, if armed. Never armed by this version.
     pub compare: Option<u32>,

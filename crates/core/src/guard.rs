@@ -10,6 +10,7 @@ use crate::wide;
 
 /// Limits of one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Config {
     /// Largest distance between set-point and reading.
     pub following_error: Pos,
@@ -31,6 +32,7 @@ pub const MOST_PM: i32 = 500_000_000;
 
 /// What one pulse or count is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Travel {
     unit_pm: i32,
     /// So many are [`MOST_PM`] or a little less.
@@ -73,6 +75,7 @@ pub struct Watch {
 
 /// What guarding an axis remembers.
 #[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Guard {
     /// Pulses when the encoder last moved.
     pulses_at_motion: i32,

@@ -13,12 +13,17 @@
 //! Inside [`Controller::tick`] the order is fixed: sense → guard → machine → plan → compensate → servo → drive →
 //! publish, one module each. What is faster than a tick (edges, pulses) lives in [`front`]; what is slower
 //! (planning) in [`background`].
+//!
+//! The feature `serde` makes a controller a value that can be written down in the middle of a run and goes on
+//! elsewhere; no board needs it.
 #![cfg_attr(not(test), no_std)]
 #![deny(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects)]
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 #![cfg_attr(test, allow(clippy::indexing_slicing, clippy::arithmetic_side_effects))]
 
+#[cfg(feature = "serde")]
+mod arrays;
 pub mod controller;
 pub mod units;
 pub mod wide;

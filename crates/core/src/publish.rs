@@ -7,6 +7,7 @@ use core::fmt;
 
 /// One end of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum End {
     /// The low end, where homing looks for the switch.
     Low,
@@ -25,6 +26,7 @@ impl fmt::Display for End {
 
 /// Why an axis could not find its zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum HomingFailure {
     /// The switch did not close within the search distance.
     SwitchNotFound,
@@ -46,6 +48,7 @@ impl fmt::Display for HomingFailure {
 
 /// Why the drives were switched off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Fault {
     /// The emergency stop is pressed.
     EmergencyStop,
@@ -156,6 +159,7 @@ impl fmt::Display for Fault {
 
 /// What the last homing of an axis found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct HomeReport {
     /// How many homings since power-on.
     pub count: u32,
@@ -169,6 +173,7 @@ pub struct HomeReport {
 
 /// How a move ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Outcome {
     /// Inside the window for the dwell time.
     Arrived,
@@ -182,6 +187,7 @@ pub enum Outcome {
 
 /// How the last move went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MoveReport {
     /// Its number.
     pub number: u32,
@@ -196,6 +202,7 @@ pub struct MoveReport {
 /// What is known of an axis.
 #[allow(clippy::struct_excessive_bools, reason = "each is a lamp of its own on the panel")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AxisStatus {
     /// Where the table is: the reading through the error map.
     pub position: Pos,
@@ -227,6 +234,7 @@ pub struct AxisStatus {
 
 /// The snapshot of a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Status<const N: usize> {
     /// Number of the tick.
     pub tick: u32,
@@ -239,5 +247,6 @@ pub struct Status<const N: usize> {
     /// How the last ended move went.
     pub last_move: Option<MoveReport>,
     /// Each axis.
+    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     pub axes: [AxisStatus; N],
 }

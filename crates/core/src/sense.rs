@@ -6,6 +6,7 @@ use crate::wide;
 
 /// What sensing an axis needs to know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Config {
     /// One count after 4× decoding, picometres.
     pub count_pm: i32,
@@ -17,6 +18,7 @@ pub struct Config {
 
 /// What one tick knows of an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sensed {
     /// Position in the scale frame, from the zero that homing found.
     pub position: Pos,
@@ -42,6 +44,7 @@ pub struct Sensed {
 
 /// What sensing an axis remembers.
 #[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sense {
     /// What the last tick showed.
     pub now: Sensed,
@@ -98,6 +101,7 @@ impl Sense {
 
 /// A switch that bounces: believed pressed soon, believed free late.
 #[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Switch {
     pressed: bool,
     /// Ticks in a row that disagreed with `pressed`.

@@ -13,6 +13,7 @@ pub const SPEED_BITS: u32 = 48;
 
 /// Gains and limits; speeds are step pulses a tick with [`SPEED_BITS`] fractional bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Config {
     /// Speed per picometre of change of error.
     pub kp: i32,
@@ -30,6 +31,7 @@ pub struct Config {
 
 /// What the law remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct IncrementalPid {
     /// e(k−1), picometres.
     e1: i64,

@@ -14,6 +14,7 @@ pub const PM_PER_UM: f64 = 1e6;
 
 /// A position or a distance in picometres; ±9.2 km fits. Addition and subtraction saturate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pos(i64);
 
 impl Pos {
@@ -125,6 +126,7 @@ impl Neg for Pos {
 
 /// A number of encoder counts, extended to 64 bit. Addition and subtraction saturate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Counts(i64);
 
 impl Counts {

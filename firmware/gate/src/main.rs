@@ -21,7 +21,10 @@ use abbe_core::front::{QuadratureCounter, StepEmitter};
 use abbe_core::machine::{Event, State, transition};
 use abbe_core::plan::LinePlan;
 use abbe_core::publish::{End, Fault, HomingFailure};
-use abbe_core::{Command, Controller, Inputs, Pos, Refusal, background};
+use abbe_core::{Command, Controller, Inputs, Outputs, Pos, Refusal, background};
+use abbe_proto::record::{
+    Decoder, Encoder, Entry, Event as Recorded, Full, OutputsHash, Replay, SliceSink, apply,
+};
 
 /// Calls every public entry of `abbe-core` and `abbe-proto`.
 ///
@@ -32,6 +35,9 @@ fn every_public_entry() {
     stage::<1>();
     stage::<2>();
     stage::<3>();
+    recorder::<1>();
+    recorder::<2>();
+    recorder::<3>();
     map();
     front();
     words();
@@ -51,7 +57,9 @@ fn controller<const N: usize>(mut controller: Controller<N>) {
         black_box(controller.status());
         black_box(controller.config());
         black_box(controller.wanted_plan());
-        background::advance(black_box(&mut controller));
+        if let Some(plan) = background::advance(black_box(&mut controller)) {
+            background::repeat(black_box(&mut controller), black_box(plan));
+        }
         black_box(&controller.set_error_map(black_box(0), black_box(Some(ErrorMap::NONE))));
         plan(&mut controller);
     }
@@ -64,9 +72,53 @@ fn plan<const N: usize>(controller: &mut Controller<N>) {
     controller.take_plan(black_box(1), black_box(plan), black_box(2));
 }
 
+fn recorder<const N: usize>() {
+    let mut memory = black_box([0_u8; 8192]);
+    let mut encoder = Encoder::<N, _>::new(SliceSink::new(&mut memory));
+    let map = black_box(ErrorMap::NONE);
+    while black_box(true) {
+        let event = black_box(Recorded::Map { axis: black_box(0), map: Some(&map) });
+        black_box(&encoder.event(&event));
+        black_box(&encoder.outputs(black_box(&Outputs::OFF)));
+        black_box(&encoder.flush());
+        black_box(encoder.hash());
+        black_box(encoder.sink().written());
+    }
+    match encoder.finish() {
+        Ok(sink) => replay::<N>(black_box(sink.written())),
+        Err(full) => _ = write!(Nowhere, "{}{}", black_box(full), black_box(Full)),
+    }
+}
+
+fn replay<const N: usize>(recording: &[u8]) {
+    let Ok(config) = black_box(StageSettings::<N>::default()).build() else { return };
+    let mut controller = Controller::new(config);
+    let mut decoder = Decoder::<N>::new(recording);
+    let mut hash = OutputsHash::of_value(black_box(1));
+    while black_box(true) {
+        match decoder.next_entry() {
+            Ok(Some(Entry::Event(event))) => {
+                if let Some(outputs) = apply(&mut controller, &event) {
+                    hash.add(&outputs);
+                }
+            }
+            Ok(entry) => _ = black_box(entry),
+            Err(error) => _ = write!(Nowhere, "{}", black_box(error)),
+        }
+        black_box((decoder.at(), hash.value()));
+    }
+    let mut replay = Replay::<N>::new(recording);
+    if let Err(error) = replay.run(&mut controller) {
+        _ = write!(Nowhere, "{}", black_box(error));
+    }
+    black_box((replay.ticks(), replay.proven(), replay.hash()));
+}
+
 fn map() {
     let Ok(map) = ErrorMap::sample(black_box(Pos::ZERO), black_box) else { return };
     let map = black_box(map);
+    black_box(map.low());
+    black_box(map.nodes());
     black_box(map.error_at(black_box(Pos::ZERO)));
     black_box(map.stage_from_scale(black_box(Pos::ZERO)));
     black_box(map.scale_from_stage(black_box(Pos::ZERO)));

@@ -9,6 +9,7 @@ use crate::units::{Counts, Pos};
 
 /// How an axis homes. Speeds are picometres a tick with 16 fractional bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Config {
     /// Speed of the first approach.
     pub fast: i64,
@@ -25,6 +26,7 @@ pub struct Config {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Phase {
     SeekFast,
     BackOff,
@@ -35,6 +37,7 @@ enum Phase {
 
 /// What homing found on an axis, extended counts from power-on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Found {
     /// The zero.
     pub zero: Counts,
@@ -44,6 +47,7 @@ pub struct Found {
 
 /// The homing of one axis under way.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Homing {
     phase: Phase,
     /// Where the phase began.

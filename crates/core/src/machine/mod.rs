@@ -6,6 +6,7 @@ use core::fmt;
 
 /// What the stage is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum State {
     /// No torque, no pulses.
     Off,

@@ -7,11 +7,15 @@ use crate::wide;
 
 /// A planned straight line. Made by [`LinePlan::new`] outside the tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LinePlan<const N: usize> {
     profile: Profile,
+    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     from: [Pos; N],
+    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     to: [Pos; N],
     /// Picometres per unit of way, with `shift` fractional bits, for each axis.
+    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     gain: [i64; N],
     shift: u32,
     /// For braking, units a tick; the path itself has a jerk of one unit.
@@ -95,6 +99,7 @@ fn scaled_quotient(delta: i64, units: i64, shift: u32) -> i64 {
 
 /// What the set-point is doing.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Motion<const N: usize> {
     Hold,
     Waiting { plan: LinePlan<N>, start: u32 },
@@ -104,8 +109,10 @@ enum Motion<const N: usize> {
 
 /// The set-point of all axes, stage frame.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Path<const N: usize> {
     motion: Motion<N>,
+    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     set_point: [Pos; N],
 }
 

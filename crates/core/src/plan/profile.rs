@@ -6,6 +6,7 @@
 
 /// Limits of a motion, picometres and ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Limits {
     /// Picometres a tick.
     pub speed: f64,
@@ -17,6 +18,7 @@ pub struct Limits {
 
 /// The durations of the phases: jerk, constant acceleration, constant speed; in ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Profile {
     /// Each of the four phases with jerk.
     pub jerk_ticks: u32,
@@ -89,6 +91,7 @@ fn durations(way: f64, limits: &Limits) -> (f64, f64, f64) {
 
 /// A profile being walked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Walk {
     phase: u8,
     ticks: u32,

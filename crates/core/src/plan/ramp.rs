@@ -7,6 +7,7 @@ use crate::wide;
 
 /// Limits of a ramp, in whatever unit its speed has, a tick and a tick².
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RampLimits {
     /// Largest acceleration, 0 … 2³¹.
     acceleration: i64,
@@ -29,6 +30,7 @@ impl RampLimits {
 
 /// Speed and acceleration of a ramp.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Ramp {
     /// Units a tick.
     pub speed: i64,
