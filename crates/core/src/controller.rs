@@ -7,7 +7,7 @@ use crate::design::{AxisConfig, Config, GLIDE_BITS};
 use crate::drive::StepDrive;
 use crate::edge::{Inputs, Outputs};
 use crate::guard::{self, Guard, Watch};
-use crate::machine::homing::{Found, Homing};
+use crate::machine::homing::Homing;
 use crate::machine::{Event, State, Stop, transition};
 use crate::plan::{LinePlan, Path, Ramp};
 use crate::publish::{AxisStatus, Fault, HomeReport, MoveReport, Outcome, Status};
@@ -35,7 +35,6 @@ struct Axis {
     /// The same in the stage frame, if it was made from there.
     place: Pos,
     homed: bool,
-    found: Option<Found>,
     home: HomeReport,
     illegal: u32,
     glitches: u32,
@@ -385,12 +384,20 @@ impl<const N: usize> Controller<N> {
         }
         if let Some(fault) = failed {
             self.fail(fault);
-        } else if self.axes.iter().all(Axis::has_homed) {
-            for axis in &mut self.axes {
-                axis.end_homing();
-            }
+        } else if let Some(number) = self.axes.iter().position(Axis::has_homed) {
+            // One a tick: it is the longest work there is.
+            self.end_homing(number);
+        } else if self.axes.iter().all(|axis| axis.homing.is_none()) {
             _ = self.happen(Event::Homed);
-            self.hold_set_point();
+        }
+    }
+
+    fn end_homing(&mut self, number: usize) {
+        let axis_and_target = self.axes.get_mut(number).zip(self.target.get_mut(number));
+        if let Some((axis, target)) = axis_and_target {
+            axis.end_homing();
+            *target = axis.hold();
+            self.path.hold_axis(number, *target);
         }
     }
 
@@ -482,8 +489,8 @@ impl<const N: usize> Controller<N> {
 
     /// The place of the set-point becomes path and target; the table does not move.
     fn hold_set_point(&mut self) {
-        for (target, axis) in self.target.iter_mut().zip(&self.axes) {
-            *target = axis.stage_from_scale(axis.set_point);
+        for (target, axis) in self.target.iter_mut().zip(&mut self.axes) {
+            *target = axis.hold();
         }
         self.path.hold(self.target);
     }
@@ -569,7 +576,6 @@ impl Axis {
             set_point: Pos::ZERO,
             place: Pos::ZERO,
             homed: false,
-            found: None,
             home: HomeReport::default(),
             illegal: 0,
             glitches: 0,
@@ -581,7 +587,7 @@ impl Axis {
             self.set_point = self.sense.now.position;
             self.servo.reset();
         }
-        self.homing = Some(Homing::new(&self.sense.now));
+        self.homing = Some(Homing::new(&self.sense.now, &self.config.homing));
         self.glide = Glide::default();
     }
 
@@ -628,15 +634,14 @@ impl Axis {
             return;
         };
         self.homing = None;
-        let count_pm = self.config.sense.count_pm;
         let shift = self.sense.set_origin(found.zero, self.config.sense);
-        let switch = (found.switch - found.zero).to_pos(count_pm);
-        let last = self.found.replace(found);
+        let switch = (found.switch - found.zero).to_pos(self.config.sense.count_pm);
+        let again = self.home.count > 0;
         self.home = HomeReport {
             count: self.home.count.saturating_add(1),
-            zero_shift: last.is_some().then_some(shift),
+            zero_shift: again.then_some(shift),
             switch,
-            switch_shift: last.map(|last| switch - (last.switch - last.zero).to_pos(count_pm)),
+            switch_shift: again.then_some(switch - self.home.switch),
         };
         self.homed = true;
         // The frame moves under the stage: nothing else may.
@@ -656,6 +661,12 @@ impl Axis {
         let way = self.glide.rest.wrapping_add(speed);
         self.set_point = self.set_point + Pos::from_pm(way >> GLIDE_BITS);
         self.glide.rest = way & ((1 << GLIDE_BITS) - 1);
+    }
+
+    /// The place of the set-point, which from now on is where the path begins.
+    fn hold(&mut self) -> Pos {
+        self.place = self.stage_from_scale(self.set_point);
+        self.place
     }
 
     fn stage_from_scale(&self, reading: Pos) -> Pos {
