@@ -6,5 +6,8 @@
 pub mod emitter;
 pub mod quadrature;
 
-pub use emitter::StepEmitter;
+/// Clock of the front end on the board, Hz.
+pub const CLOCK_HZ: u32 = 125_000_000;
+
+pub use emitter::{StepEmitter, Train};
 pub use quadrature::{QuadratureCounter, Reading};
