@@ -39,7 +39,7 @@ fn within_ticks(clocks: u32) -> u32 {
 /// `gap + 1` clocks, then gaps of `gap`. The last comes within the tick too.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Train {
-    /// Direction, also of a tick without pulses.
+    /// Direction; in a tick without pulses that of the last one.
     pub up: bool,
     /// How many, at most clocks of the tick / [`SHORTEST_PERIOD`] + 1.
     pub pulses: u16,
@@ -130,7 +130,7 @@ impl StepEmitter {
         self.pulses = self.pulses.wrapping_add(self.running.signed());
         let size = rate.0.unsigned_abs().min(fastest(self.clocks).0.unsigned_abs());
         let train = match rate.0 {
-            0 => Train { up: self.running.up, ..Train::default() },
+            0 => Train::default(),
             1.. => self.upwards(size),
             _ => self.downwards(size),
         };
@@ -166,9 +166,12 @@ impl StepEmitter {
         train(false, pulses, first, last)
     }
 
-    /// The same pulses, late enough for the power stage to have seen their direction.
+    /// The same pulses, late enough for the power stage to have seen their direction, which changes for a pulse only.
     fn after_setup(&mut self, train: Train) -> Train {
-        if train.pulses == 0 || self.heading.replace(train.up) == Some(train.up) {
+        if train.pulses == 0 {
+            return Train { up: self.running.up, ..Train::default() };
+        }
+        if self.heading.replace(train.up) == Some(train.up) {
             return train;
         }
         let first = train.first.max(DIRECTION_SETUP);
@@ -219,9 +222,6 @@ impl Share {
 }
 
 fn train(up: bool, pulses: u32, first: u32, last: u32) -> Train {
-    if pulses == 0 {
-        return Train { up, ..Train::default() };
-    }
     spread(Train { up, pulses: pulses as u16, first, gap: 0, longer: 0 }, last)
 }
 
