@@ -9,7 +9,7 @@ use crate::plant::{AxisPlant, Plant};
 use crate::scale::Scale;
 use crate::switches::Switch;
 use abbe_core::edge::{Actuation, AxisInputs, AxisOutputs, Inputs, Outputs, StepRate};
-use abbe_core::front::StepEmitter;
+use abbe_core::front::{StepEmitter, emitter};
 
 /// Steps of the mechanics in a tick.
 const SUBSTEPS: u32 = 2;
@@ -161,7 +161,14 @@ impl Table {
 }
 
 impl Axis {
-    fn new(plant: &Plant, axis: &AxisPlant, place_mm: f64, seed: u64, name: &str) -> Self {
+    fn new(
+        plant: &Plant,
+        axis: &AxisPlant,
+        emitter: StepEmitter,
+        place_mm: f64,
+        seed: u64,
+        name: &str,
+    ) -> Self {
         let place_um = place_mm * 1e3;
         let switches = &axis.switches;
         Self {
@@ -169,7 +176,7 @@ impl Axis {
             scale: Scale::new(&axis.scale, place_um, seed, name),
             low: Switch::new(switches, switches.low_mm, -1.0, seed, &format!("{name} low")),
             high: Switch::new(switches, switches.high_mm, 1.0, seed, &format!("{name} high")),
-            emitter: StepEmitter::default(),
+            emitter,
             table: Table::new(plant, place_um, seed, name),
             drive_fault: false,
             glitch_probability: axis.scale.glitch_probability,
@@ -187,7 +194,7 @@ impl Axis {
         let pulses = self.emitter.pulses_at(0);
         self.mechanics.energise(output.enable && !self.drive_fault, pulses);
         for substep in 1..=SUBSTEPS {
-            let pulses = self.emitter.pulses_at(65_536 * substep / SUBSTEPS);
+            let pulses = self.emitter.pulses_at(self.emitter.clocks_per_tick() * substep / SUBSTEPS);
             self.mechanics.step(pulses, dt / f64::from(SUBSTEPS));
             self.scale.move_to(self.mechanics.place_um(), CLOCKS / u64::from(SUBSTEPS));
         }
@@ -211,7 +218,7 @@ impl Axis {
             glitches: reading.glitches,
             index: reading.index,
             sin_cos: None,
-            pulses: self.emitter.pulses_at(65_536),
+            pulses: self.emitter.pulses_at(self.emitter.clocks_per_tick()),
             limit_low,
             limit_high,
             drive_fault: self.drive_fault,
@@ -252,9 +259,10 @@ impl Twin {
     /// The same with the slides at a given place, mm.
     pub fn standing_at(plant: &Plant, tick_hz: f64, seed: u64, place_mm: [f64; 2]) -> Self {
         let heat = Heat::new(&plant.heat, seed);
+        let emitter = StepEmitter::new(emitter::clocks_per_tick(tick_hz));
         let axes = [
-            Axis::new(plant, &plant.x, place_mm[0], seed, "x"),
-            Axis::new(plant, &plant.y, place_mm[1], seed, "y"),
+            Axis::new(plant, &plant.x, emitter, place_mm[0], seed, "x"),
+            Axis::new(plant, &plant.y, emitter, place_mm[1], seed, "y"),
         ];
         let thermometers =
             ["scale", "structure"].map(|name| Thermometer::new(&plant.thermometers, seed, name));
