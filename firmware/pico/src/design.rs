@@ -16,6 +16,8 @@ pub const BAUD: u32 = 115_200;
 /// Samples of the PIO receiver in a bit.
 pub const SAMPLES_PER_BIT: u32 = 8;
 
+/// How often the receiver's words are taken, µs: five bytes at most, and it keeps eight.
+pub const RECEIVE_US: u32 = 400;
 /// How often core 0 looks into its queues, µs: two ticks. Between two looks it sleeps.
 pub const POLL_US: u64 = 200;
 /// How often core 0 looks whether core 1 still ticks, µs.

@@ -6,6 +6,7 @@
 //! | core 1 | the tick, 10 kHz, by an interrupt of the timer; owns the controller | `tick.rs` |
 //! | core 0 | serial port, planning, and a watch over core 1 | `serial.rs`, `planner.rs`, `watch.rs` |
 //! | between | queues one way and the other, a snapshot behind a seqlock | `shared.rs` |
+//! | for a debugger | the last tick in words | `telemetry.rs` |
 //!
 //! Every pin and every number of time stands in `design.rs`. The drives are off from the first instruction on
 //! (`safety.rs`) and go off by themselves when the tick stalls: no pulses without fresh words, no torque after three
@@ -21,6 +22,7 @@ mod planner;
 mod safety;
 mod serial;
 mod shared;
+mod telemetry;
 mod tick;
 mod watch;
 
@@ -53,10 +55,10 @@ fn main() -> ! {
     let (plans_in, plans) = shared::plans();
     let (received_in, received) = shared::received();
     let queues = tick::Queues { commands, answers, wanted, plans };
-    let tick = tick::Tick::new(Controller::new(config), front, queues);
+    tick::Tick::new(Controller::new(config), front, queues).place();
     // SAFETY: this line is reached once, and the stack is named nowhere else.
     let stack = unsafe { &mut *(&raw mut STACK) };
-    spawn_core1(chip.CORE1, stack, move || tick.run());
+    spawn_core1(chip.CORE1, stack, || tick::run());
 
     serial::receive_into(received_in);
     let lines = serial::Queues { received, commands: commands_in, answers: answers_out };

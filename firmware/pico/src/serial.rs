@@ -1,6 +1,6 @@
 //! The plain serial port: bytes in by a PIO program, lines out by the UART.
 
-use crate::design::{BAUD, CLOCK_HZ, POLL_US, SAMPLES_PER_BIT};
+use crate::design::{BAUD, CLOCK_HZ, POLL_US, RECEIVE_US, SAMPLES_PER_BIT};
 use crate::front::SERIAL_MACHINE;
 use crate::pio;
 use crate::shared::{BYTES, LAST_HEARD, PLACES, Received, STALLED, STATUS, TICKS, Taken};
@@ -60,13 +60,24 @@ static RECEIVER: Receiver = Receiver(UnsafeCell::new(None));
 pub fn receive_into(queue: Producer<'static, Received, BYTES>) {
     // SAFETY: the interrupt that uses this place is not enabled yet, and this is the only core that enables it.
     unsafe { *RECEIVER.0.get() = Some(queue) };
-    pac::PIO1.irqs(0).inte().write(|w| w.set_sm2_rxnempty(true));
+    pac::TIMER.inte().modify(|w| w.set_alarm(ALARM, true));
+    ring_again();
     // SAFETY: everything that the handler uses is in its place.
-    unsafe { cortex_m::peripheral::NVIC::unmask(pac::Interrupt::PIO1_IRQ_0) };
+    unsafe { cortex_m::peripheral::NVIC::unmask(pac::Interrupt::TIMER_IRQ_2) };
+}
+
+/// The alarm of the timer for the receiver. The block has an interrupt of its own, but the emulator has its bits in
+/// another order than the chip; an alarm works in both, and interrupts the planner just as well.
+const ALARM: usize = 2;
+
+fn ring_again() {
+    pac::TIMER.alarm(ALARM).write_value(pac::TIMER.timerawl().read().wrapping_add(RECEIVE_US));
 }
 
 #[interrupt]
-fn PIO1_IRQ_0() {
+fn TIMER_IRQ_2() {
+    pac::TIMER.intr().write(|w| w.set_alarm(ALARM, true));
+    ring_again();
     // SAFETY: enabled on core 0 alone, after the place was filled; it does not interrupt itself.
     let Some(queue) = (unsafe { &mut *RECEIVER.0.get() }) else { return };
     while let Some(word) = pio::take(pac::PIO1, SERIAL_MACHINE) {
@@ -145,7 +156,8 @@ async fn send_status() {
             None => Timer::after_micros(POLL_US).await,
         }
     };
-    let board = if STALLED.load(Ordering::Relaxed) { "the tick stalled; the drives were switched off" } else { "" };
+    let board =
+        if STALLED.load(Ordering::Relaxed) { "the tick stalled; the drives were switched off" } else { "" };
     send(&Answer::Status(StatusLine { status: &status, board })).await;
 }
 

@@ -57,7 +57,12 @@ queue!(commands, Command<2>, PLACES, "Requests, core 0 to core 1.");
 queue!(answers, Taken, PLACES, "Their answers, in order, core 1 to core 0.");
 queue!(wanted, MoveRequest<2>, PLACES, "Moves that want a plan, core 1 to core 0.");
 queue!(plans, Planned, PLACES, "Their plans, core 0 to core 1.");
-queue!(received, Received, BYTES, "What came over the serial line, from its interrupt to the task that reads lines.");
+queue!(
+    received,
+    Received,
+    BYTES,
+    "What came over the serial line, from its interrupt to the task that reads lines."
+);
 
 /// The snapshot of the last tick.
 pub static STATUS: SeqLock<Option<Status<2>>> = SeqLock::new(None);
