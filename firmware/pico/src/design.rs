@@ -1,7 +1,7 @@
 //! Every pin and every number of time on this board, with its reason. The wiring: `docs/wiring.md`.
 
-/// The processor's clock, Hz: what embassy sets up from the 12 MHz crystal. The front end's clock is the same.
-pub const CLOCK_HZ: u32 = abbe_core::front::CLOCK_HZ;
+// The processor's clock is what embassy sets up from the 12 MHz crystal, and the front end's clock.
+pub use abbe_core::front::CLOCK_HZ;
 /// A tick, µs: the preset `microscope-100` runs at 10 kHz.
 pub const TICK_US: u32 = 100;
 /// Clocks in a tick.
@@ -16,6 +16,8 @@ pub const BAUD: u32 = 115_200;
 /// Samples of the PIO receiver in a bit.
 pub const SAMPLES_PER_BIT: u32 = 8;
 
+/// How often core 0 looks into its queues, µs: two ticks. Between two looks it sleeps.
+pub const POLL_US: u64 = 200;
 /// How often core 0 looks whether core 1 still ticks, µs.
 pub const WATCH_US: u64 = 1000;
 /// So many looks without a tick are a stall: more than the longest critical section of core 0, less than a slide needs

@@ -4,10 +4,15 @@ use crate::design::NOT_ENABLE;
 use crate::pins::{Function, give};
 use embassy_rp::pac;
 
-/// Drives off before anything else is set up: the output is high before the pin drives.
-pub fn drives_off_at_start() {
+/// The first thing of all: whenever the pin is given to the processor, it is high.
+pub fn drives_off_before_all_else() {
     enable_drives(false);
     pac::SIO.gpio_oe(0).value_set().write_value(1 << NOT_ENABLE);
+}
+
+/// Gives the pin to the processor; until now the resistor held it.
+pub fn drives_off() {
+    drives_off_before_all_else();
     give(NOT_ENABLE, Function::Processor);
 }
 

@@ -1,21 +1,26 @@
 //! The plain serial port: bytes in by a PIO program, lines out by the UART.
 
-use crate::design::BAUD;
-use crate::shared::{LAST_HEARD, STALLED, STATUS, TICKS, Taken};
+use crate::design::{BAUD, CLOCK_HZ, POLL_US, SAMPLES_PER_BIT};
+use crate::front::SERIAL_MACHINE;
+use crate::pio;
+use crate::shared::{BYTES, LAST_HEARD, PLACES, Received, STALLED, STATUS, TICKS, Taken};
 use abbe_core::Command;
-use abbe_proto::plain::{Answer, Lines, Mistake, Request, StatusLine, parse};
+use abbe_proto::plain::{Answer, Lines, Request, StatusLine, parse};
+use core::cell::UnsafeCell;
 use core::fmt::Write;
 use core::sync::atomic::Ordering;
-use embassy_futures::yield_now;
-use embassy_rp::pac;
-use heapless::spsc::{Consumer, Producer, Queue};
+use embassy_rp::{interrupt, pac};
+use embassy_time::Timer;
+use heapless::spsc::{Consumer, Producer};
 
 /// Core 0's ends of the queues.
 pub struct Queues {
+    /// What came over the line.
+    pub received: Consumer<'static, Received, BYTES>,
     /// Requests for the controller.
-    pub commands: Producer<'static, Command<2>>,
+    pub commands: Producer<'static, Command<2>, PLACES>,
     /// Their answers.
-    pub answers: Consumer<'static, Taken>,
+    pub answers: Consumer<'static, Taken, PLACES>,
 }
 
 /// Longest answer, its line end included.
@@ -37,19 +42,55 @@ pub fn set_up() {
     });
 }
 
+/// Clocks of the block in a clock of the receiver, whole and 1/256.
+pub fn divider() -> (u16, u8) {
+    const CLOCKS: u32 = CLOCK_HZ / SAMPLES_PER_BIT * 256 / BAUD;
+    ((CLOCKS >> 8) as u16, CLOCKS as u8)
+}
+
+/// A place for what only the receiver's interrupt touches, once it is there.
+struct Receiver(UnsafeCell<Option<Producer<'static, Received, BYTES>>>);
+
+// SAFETY: written before the interrupt is enabled, and from then on touched by that interrupt alone.
+unsafe impl Sync for Receiver {}
+
+static RECEIVER: Receiver = Receiver(UnsafeCell::new(None));
+
+/// From now on every byte goes into this queue.
+pub fn receive_into(queue: Producer<'static, Received, BYTES>) {
+    // SAFETY: the interrupt that uses this place is not enabled yet, and this is the only core that enables it.
+    unsafe { *RECEIVER.0.get() = Some(queue) };
+    pac::PIO1.irqs(0).inte().write(|w| w.set_sm2_rxnempty(true));
+    // SAFETY: everything that the handler uses is in its place.
+    unsafe { cortex_m::peripheral::NVIC::unmask(pac::Interrupt::PIO1_IRQ_0) };
+}
+
+#[interrupt]
+fn PIO1_IRQ_0() {
+    // SAFETY: enabled on core 0 alone, after the place was filled; it does not interrupt itself.
+    let Some(queue) = (unsafe { &mut *RECEIVER.0.get() }) else { return };
+    while let Some(word) = pio::take(pac::PIO1, SERIAL_MACHINE) {
+        // Any bit below the byte says that its stop bit was missing.
+        let whole = word & 0x00ff_ffff == 0;
+        let received = if whole { Received::Byte((word >> 24) as u8) } else { Received::Spoilt };
+        // What nobody reads in time is lost; the line it belongs to will be found wrong.
+        _ = queue.enqueue(received);
+    }
+}
+
 /// Answers one line after another, for ever.
-pub async fn answer_lines(mut received: Consumer<'static, Received>, mut queues: Queues) -> ! {
+pub async fn answer_lines(mut queues: Queues) -> ! {
     let mut lines = Lines::default();
     let mut line: heapless::Vec<u8, { abbe_proto::plain::LONGEST }> = heapless::Vec::new();
     loop {
-        let byte = match received.dequeue() {
+        let byte = match queues.received.dequeue() {
             Some(Received::Byte(byte)) => byte,
             Some(Received::Spoilt) => {
                 lines.spoil();
                 continue;
             }
             None => {
-                yield_now().await;
+                Timer::after_micros(POLL_US).await;
                 continue;
             }
         };
@@ -86,19 +127,23 @@ async fn answer(line: &[u8], queues: &mut Queues) {
 /// Hands a request to the tick and waits for its answer: two ticks, unless the tick has stalled.
 async fn ask(command: Command<2>, queues: &mut Queues) -> Taken {
     while queues.commands.enqueue(command).is_err() {
-        yield_now().await;
+        Timer::after_micros(POLL_US).await;
     }
     loop {
         if let Some(taken) = queues.answers.dequeue() {
             return taken;
         }
-        yield_now().await;
+        Timer::after_micros(POLL_US).await;
     }
 }
 
 async fn send_status() {
-    let Some(status) = STATUS.read() else {
-        return send(&Answer::Mistake(Mistake::NotText)).await;
+    let status = loop {
+        match STATUS.read() {
+            Some(status) => break status,
+            // The first tick is not over yet.
+            None => Timer::after_micros(POLL_US).await,
+        }
     };
     let board = if STALLED.load(Ordering::Relaxed) { "the tick stalled; the drives were switched off" } else { "" };
     send(&Answer::Status(StatusLine { status: &status, board })).await;
@@ -110,7 +155,7 @@ async fn send(answer: &Answer<'_>) {
     _ = write!(text, "{answer}");
     for &byte in text.as_bytes().iter().chain(b"\r\n") {
         while pac::UART0.uartfr().read().txff() {
-            yield_now().await;
+            Timer::after_micros(POLL_US).await;
         }
         pac::UART0.uartdr().write(|w| w.set_data(byte));
     }

@@ -24,11 +24,25 @@ pub struct Planned {
     pub start: u32,
 }
 
+/// What the serial receiver saw.
+#[derive(Clone, Copy)]
+pub enum Received {
+    /// A byte.
+    Byte(u8),
+    /// Something that was none.
+    Spoilt,
+}
+
+/// Places in the queues between the cores, one of them never used.
+pub const PLACES: usize = 4;
+/// Places in the queue of received bytes.
+pub const BYTES: usize = 128;
+
 /// A queue that is split once.
 macro_rules! queue {
-    ($name:ident, $item:ty, $length:literal, $doc:literal) => {
+    ($name:ident, $item:ty, $length:expr, $doc:literal) => {
         #[doc = $doc]
-        pub fn $name() -> (Producer<'static, $item>, Consumer<'static, $item>) {
+        pub fn $name() -> (Producer<'static, $item, $length>, Consumer<'static, $item, $length>) {
             static mut QUEUE: Queue<$item, $length> = Queue::new();
             static SPLIT: AtomicBool = AtomicBool::new(false);
             assert!(!SPLIT.load(Ordering::Relaxed));
@@ -39,10 +53,11 @@ macro_rules! queue {
     };
 }
 
-queue!(commands, Command<2>, 4, "Requests, core 0 to core 1.");
-queue!(answers, Taken, 4, "Their answers, in order, core 1 to core 0.");
-queue!(wanted, MoveRequest<2>, 4, "Moves that want a plan, core 1 to core 0.");
-queue!(plans, Planned, 4, "Their plans, core 0 to core 1.");
+queue!(commands, Command<2>, PLACES, "Requests, core 0 to core 1.");
+queue!(answers, Taken, PLACES, "Their answers, in order, core 1 to core 0.");
+queue!(wanted, MoveRequest<2>, PLACES, "Moves that want a plan, core 1 to core 0.");
+queue!(plans, Planned, PLACES, "Their plans, core 0 to core 1.");
+queue!(received, Received, BYTES, "What came over the serial line, from its interrupt to the task that reads lines.");
 
 /// The snapshot of the last tick.
 pub static STATUS: SeqLock<Option<Status<2>>> = SeqLock::new(None);

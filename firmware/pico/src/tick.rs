@@ -5,10 +5,9 @@
 
 use crate::design::TICK_US;
 use crate::front::Front;
-use crate::safety::enable_drives;
-use crate::shared::{LAST_HEARD, Planned, STATUS, TICKS, Taken};
+use crate::shared::{LAST_HEARD, PLACES, Planned, STATUS, TICKS, Taken};
 use abbe_core::background::MoveRequest;
-use abbe_core::{Command, Controller, Inputs, Outputs};
+use abbe_core::{Command, Controller, Inputs};
 use core::cell::UnsafeCell;
 use core::sync::atomic::Ordering;
 use embassy_rp::interrupt;
@@ -21,13 +20,13 @@ const ALARM: usize = 1;
 /// Core 1's ends of the queues.
 pub struct Queues {
     /// Requests for the controller.
-    pub commands: Consumer<'static, Command<2>>,
+    pub commands: Consumer<'static, Command<2>, PLACES>,
     /// Their answers.
-    pub answers: Producer<'static, Taken>,
+    pub answers: Producer<'static, Taken, PLACES>,
     /// Moves that want a plan.
-    pub wanted: Producer<'static, MoveRequest<2>>,
+    pub wanted: Producer<'static, MoveRequest<2>, PLACES>,
     /// Plans.
-    pub plans: Consumer<'static, Planned>,
+    pub plans: Consumer<'static, Planned, PLACES>,
 }
 
 /// Everything that core 1 owns.
@@ -35,7 +34,6 @@ pub struct Tick {
     controller: Controller<2>,
     front: Front,
     queues: Queues,
-    outputs: Outputs<2>,
     /// Number of this tick, and the time at which it was due, µs.
     number: u32,
     due_us: u32,
@@ -54,7 +52,7 @@ static TICK: Core1 = Core1(UnsafeCell::new(None));
 impl Tick {
     /// Drives off, no ticks yet.
     pub fn new(controller: Controller<2>, front: Front, queues: Queues) -> Self {
-        Self { controller, front, queues, outputs: Outputs::OFF, number: 0, due_us: 0, asked: None }
+        Self { controller, front, queues, number: 0, due_us: 0, asked: None }
     }
 
     /// Takes core 1: ticks from now on.
@@ -67,8 +65,9 @@ impl Tick {
         pac::TIMER.alarm(ALARM).write_value(first);
         // SAFETY: everything that the handler uses is in its place.
         unsafe { cortex_m::peripheral::NVIC::unmask(pac::Interrupt::TIMER_IRQ_1) };
+        // Awake: it would wake up with a delay that varies.
         loop {
-            cortex_m::asm::wfi();
+            cortex_m::asm::nop();
         }
     }
 
@@ -79,11 +78,8 @@ impl Tick {
         let inputs = self.inputs();
         self.take_command();
         self.take_plan();
-        self.outputs = self.controller.tick(&inputs);
-        if !self.outputs.axes.iter().any(|axis| axis.enable) {
-            enable_drives(false);
-        }
-        self.front.prepare(&self.outputs);
+        let outputs = self.controller.tick(&inputs);
+        self.front.prepare(&outputs);
         self.ask_for_plan();
         STATUS.write(Some(self.controller.status()));
         TICKS.store(self.number, Ordering::Relaxed);
@@ -132,6 +128,7 @@ impl Tick {
             self.number = self.number.wrapping_add(1);
             self.due_us = self.due_us.wrapping_add(TICK_US);
             pac::TIMER.alarm(ALARM).write_value(self.due_us);
+            self.front.abandon();
         }
     }
 }
