@@ -21,6 +21,9 @@ pub mod switches;
 pub mod camera;
 pub mod instruments;
 pub mod specimen;
+
+pub mod script;
+
 mod twin;
 
 pub use plant::Plant;

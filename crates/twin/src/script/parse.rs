@@ -1,0 +1,199 @@
+//! From words to steps.
+
+use super::{Expectation, Line, Step, Within};
+use crate::Event;
+use abbe_core::machine::{STATES, State};
+use abbe_core::{Command, Pos};
+
+/// Longest wait and most repetitions of a line: beyond, a unit was mistaken.
+const LONGEST_WAIT_S: f64 = 3600.0;
+const MOST_TIMES: u32 = 100_000;
+/// Places and forces beyond which a unit was mistaken, mm, µm or N.
+const LARGEST: f64 = 1e6;
+
+/// A line that is not understood.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("line {line}: {message}")]
+pub struct ScriptError {
+    /// Its number, from 1.
+    pub line: usize,
+    /// What is wrong with it.
+    pub message: String,
+}
+
+/// Reads a script; what stands after `#` is a comment.
+///
+/// # Errors
+/// When a line is not understood, with its number and the word.
+pub fn parse(text: &str) -> Result<Vec<Line>, ScriptError> {
+    let mut lines = Vec::new();
+    for (index, line) in text.lines().enumerate() {
+        let words: Vec<&str> = line.split('#').next().unwrap_or_default().split_whitespace().collect();
+        if words.is_empty() {
+            continue;
+        }
+        let number = index + 1;
+        let step = step(&words).map_err(|message| ScriptError { line: number, message })?;
+        lines.push(Line { number, step });
+    }
+    Ok(lines)
+}
+
+fn step(words: &[&str]) -> Result<Step, String> {
+    Ok(match words {
+        ["home"] => Step::Do(Command::Home),
+        ["enable"] => Step::Do(Command::Enable),
+        ["move", "by", x, y] => Step::Do(Command::MoveBy([mm(x)?, mm(y)?])),
+        ["move", x, y] => Step::Do(Command::MoveTo([mm(x)?, mm(y)?])),
+        ["start", "home"] => Step::Ask(Command::Home),
+        ["start", "move", x, y] => Step::Ask(Command::MoveTo([mm(x)?, mm(y)?])),
+        ["disable"] => Step::Ask(Command::Disable),
+        ["reset"] => Step::Ask(Command::Reset),
+        ["stop"] => Step::Ask(Command::Stop),
+        ["repeat", times, rest @ ..] if !rest.is_empty() => {
+            Step::Repeat(whole(times, MOST_TIMES)?, Box::new(step(rest)?))
+        }
+        ["settle"] => Step::Settle,
+        ["wait", "until", "fault"] => Step::WaitUntilFault,
+        ["wait", "until", "rest"] => Step::WaitUntilRest,
+        ["wait", seconds] => Step::Wait(seconds_of(seconds)?),
+        ["expect", rest @ ..] => Step::Expect(expectation(rest)?),
+        _ => Step::Happen(event(words)?),
+    })
+}
+
+fn event(words: &[&str]) -> Result<Event, String> {
+    Ok(match words {
+        ["pull", "encoder", name] => Event::Encoder { axis: axis(name)?, connected: false },
+        ["plug", "encoder", name] => Event::Encoder { axis: axis(name)?, connected: true },
+        ["jam", name] => Event::Jam { axis: axis(name)?, jammed: true },
+        ["free", name] => Event::Jam { axis: axis(name)?, jammed: false },
+        ["push", name, newton] => Event::Push { axis: axis(name)?, newton: number(newton)? },
+        ["shift", "switch", name, um] => Event::MoveSwitch { axis: axis(name)?, um: number(um)? },
+        ["break", "switch", name] => Event::LoseSwitch { axis: axis(name)? },
+        ["press", "emergency", "stop"] => Event::EmergencyStop { pressed: true },
+        ["release", "emergency", "stop"] => Event::EmergencyStop { pressed: false },
+        ["drive", "fault", name] => Event::DriveFault { axis: axis(name)?, faulty: true },
+        ["drive", "repaired", name] => Event::DriveFault { axis: axis(name)?, faulty: false },
+        ["skip", ticks, "ticks"] => Event::SkipTicks { ticks: whole(ticks, MOST_TIMES)? },
+        ["host", "falls", "silent"] => Event::HostSilent { silent: true },
+        ["host", "speaks"] => Event::HostSilent { silent: false },
+        _ => return Err(unknown(words)),
+    })
+}
+
+fn expectation(words: &[&str]) -> Result<Expectation, String> {
+    Ok(match words {
+        ["state", name] => Expectation::State(state(name)?),
+        ["fault", fault @ ..] if !fault.is_empty() => Expectation::Fault(fault.join(" ")),
+        ["no", "fault"] => Expectation::NoFault,
+        ["refused", text @ ..] => Expectation::Refused(text.join(" ")),
+        ["accepted"] => Expectation::Accepted,
+        ["at", x, y, "within", um, "um"] => Expectation::At([mm(x)?, mm(y)?], within(um)?),
+        ["slides", "stopped", "within", limit, "mm"] => {
+            Expectation::SlidesStopped(Within(number(limit)? * 1e3))
+        }
+        ["following", "error", "below", um, "um"] => Expectation::FollowingErrorBelow(within(um)?),
+        ["path", "within", um, "um"] => Expectation::PathWithin(within(um)?),
+        ["targets", x, y] => Expectation::Targets([mm(x)?, mm(y)?]),
+        ["zero", "shift", name, "within", um, "um"] => Expectation::ZeroShift(axis(name)?, within(um)?),
+        ["switch", "shift", name, expected, "within", um, "um"] => {
+            Expectation::SwitchShift(axis(name)?, number(expected)?, within(um)?)
+        }
+        ["position", "positive"] => Expectation::PositionPositive,
+        _ => return Err(format!("`expect {}` is no expectation", words.join(" "))),
+    })
+}
+
+/// The words that a line may begin with.
+const FIRST: [&str; 23] = [
+    "home", "enable", "disable", "move", "start", "stop", "reset", "wait", "settle", "repeat", "pull",
+    "plug", "jam", "free", "push", "shift", "break", "press", "release", "drive", "skip", "host", "expect",
+];
+
+fn unknown(words: &[&str]) -> String {
+    let line = words.join(" ");
+    let first = words.first().copied().unwrap_or_default();
+    if FIRST.contains(&first) {
+        return format!("`{line}`: `{first}` wants other words after it");
+    }
+    let likeness = |known: &&&str| (strsim::jaro_winkler(first, known) * 1e6) as u64;
+    let nearest = FIRST.iter().max_by_key(likeness).copied().unwrap_or_default();
+    format!("`{line}`: no line begins with `{first}`; the nearest word is `{nearest}`")
+}
+
+fn axis(name: &str) -> Result<usize, String> {
+    ["x", "y"].iter().position(|known| *known == name).ok_or_else(|| format!("`{name}` is no axis: x or y"))
+}
+
+fn state(name: &str) -> Result<State, String> {
+    let found = STATES.into_iter().find(|state| state.to_string() == name);
+    found.ok_or_else(|| format!("`{name}` is no state: {}", STATES.map(|state| state.to_string()).join(", ")))
+}
+
+fn number(word: &str) -> Result<f64, String> {
+    let number: f64 = word.parse().map_err(|_| format!("`{word}` is not a number"))?;
+    let allowed = number.abs() <= LARGEST;
+    allowed.then_some(number).ok_or_else(|| format!("`{word}` is not within ±{LARGEST}"))
+}
+
+fn whole(word: &str, most: u32) -> Result<u32, String> {
+    let fits = word.parse().ok().filter(|number| (1..=most).contains(number));
+    fits.ok_or_else(|| format!("`{word}` is not a whole number from 1 to {most}"))
+}
+
+fn seconds_of(word: &str) -> Result<f64, String> {
+    let seconds = number(word)?;
+    let allowed = (0.0..=LONGEST_WAIT_S).contains(&seconds);
+    allowed.then_some(seconds).ok_or_else(|| format!("`{word}` s is not within 0 … {LONGEST_WAIT_S} s"))
+}
+
+fn mm(word: &str) -> Result<Pos, String> {
+    number(word).map(Pos::from_mm)
+}
+
+fn within(word: &str) -> Result<Within, String> {
+    number(word).map(Within)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_become_steps_with_the_numbers_of_their_lines() {
+        let script =
+            "# a comment\nhome   # another\n\nrepeat 2 move by 1 -1\nskip 3 ticks\nexpect state ready\n";
+        let way = [Pos::from_mm(1.0), Pos::from_mm(-1.0)];
+        let steps = [
+            (2, Step::Do(Command::Home)),
+            (4, Step::Repeat(2, Box::new(Step::Do(Command::MoveBy(way))))),
+            (5, Step::Happen(Event::SkipTicks { ticks: 3 })),
+            (6, Step::Expect(Expectation::State(State::Ready))),
+        ];
+        assert_eq!(parse(script), Ok(steps.map(|(number, step)| Line { number, step }).to_vec()));
+    }
+
+    #[test]
+    fn what_is_not_understood_is_named_with_its_line() {
+        for (line, names) in [
+            ("hmoe", "`home`"),
+            ("move 1", "`move` wants other words"),
+            ("move 1 nan", "`nan`"),
+            ("move 1 y", "`y` is not a number"),
+            ("jam z", "`z` is no axis"),
+            ("wait -1", "`-1` s"),
+            ("wait 1e5", "3600"),
+            ("repeat 0 home", "`0`"),
+            ("repeat 3", "`repeat`"),
+            ("repeat 3 sing", "`sing`"),
+            ("expect state asleep", "off, homing, ready"),
+            ("expect fault", "`expect fault`"),
+            ("expect nothing", "`expect nothing`"),
+        ] {
+            let error = parse(&format!("home\n{line}")).unwrap_err();
+            assert_eq!(error.line, 2, "{line}");
+            assert!(error.to_string().contains(names), "{error}");
+        }
+    }
+}
