@@ -5,7 +5,10 @@
 //! the board does and compare what they do with [`abbe_core::front`].
 
 pub mod block;
+pub mod board;
 pub mod decoder;
 pub mod emitter;
+pub mod image;
 pub mod serial;
 pub mod signal;
+pub mod wired;

@@ -6,7 +6,7 @@ use abbe_core::{Outputs, Status};
 use core::sync::atomic::{AtomicU32, Ordering};
 
 /// Words of [`ABBE_TELEMETRY`].
-const WORDS: usize = 16;
+const WORDS: usize = 17;
 
 /// | word | holds |
 /// |---|---|
@@ -21,6 +21,7 @@ const WORDS: usize = 16;
 /// | 12, 13 | x, y: step rate, pulses a tick with 16 fractional bits |
 /// | 14 | longest tick so far, µs |
 /// | 15 | ticks missed so far |
+/// | 16 | time at which the tick was due, µs |
 #[unsafe(no_mangle)]
 static ABBE_TELEMETRY: [AtomicU32; WORDS] = [const { AtomicU32::new(0) }; WORDS];
 
@@ -35,8 +36,22 @@ pub struct Counts {
     pub missed: u32,
 }
 
+/// A tick that is over.
+#[derive(Clone, Copy)]
+pub struct Over<'a> {
+    /// What the controller says.
+    pub status: &'a Status<2>,
+    /// What it put out.
+    pub outputs: &'a Outputs<2>,
+    /// What the board counts.
+    pub counts: Counts,
+    /// When it was due, µs.
+    pub due_us: u32,
+}
+
 /// Writes a tick down.
-pub fn write(status: &Status<2>, outputs: &Outputs<2>, counts: Counts) {
+pub fn write(tick: &Over<'_>) {
+    let Over { status, outputs, counts, due_us } = *tick;
     let [x, y] = &status.axes;
     let rate = |axis: usize| match outputs.axes[axis].actuation {
         Actuation::Steps(StepRate(rate)) => rate.cast_unsigned(),
@@ -58,6 +73,7 @@ pub fn write(status: &Status<2>, outputs: &Outputs<2>, counts: Counts) {
         rate(1),
         counts.longest_us,
         counts.missed,
+        due_us,
     ];
     for (place, word) in ABBE_TELEMETRY.iter().skip(1).zip(words) {
         place.store(word, Ordering::Relaxed);

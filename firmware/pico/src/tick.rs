@@ -6,7 +6,7 @@
 use crate::design::TICK_US;
 use crate::front::Front;
 use crate::shared::{LAST_HEARD, PLACES, Planned, STATUS, TICKS, Taken};
-use crate::telemetry::{self, Counts};
+use crate::telemetry::{self, Counts, Over};
 use abbe_core::background::MoveRequest;
 use abbe_core::{Command, Controller, Inputs};
 use core::cell::UnsafeCell;
@@ -77,7 +77,12 @@ impl Tick {
         self.ask_for_plan();
         let status = self.controller.status();
         STATUS.write(Some(status));
-        telemetry::write(&status, &outputs, self.counts);
+        telemetry::write(&Over {
+            status: &status,
+            outputs: &outputs,
+            counts: self.counts,
+            due_us: self.due_us,
+        });
         TICKS.store(self.number, Ordering::Relaxed);
     }
 
