@@ -4,6 +4,7 @@
 //! without a processor runs them clock by clock ([`block`]); [`decoder`], [`emitter`] and [`serial`] wire them up as
 //! the board does and compare what they do with [`abbe_core::front`].
 
+pub mod alone;
 pub mod block;
 pub mod board;
 pub mod decoder;

@@ -51,13 +51,16 @@ impl Wired {
     /// It does not tick.
     pub fn power_on(image: &Image, mut twin: Twin) -> Result<Self> {
         let mut board = Board::power_on(image)?;
+        for (axis, lines) in twin.lines().into_iter().enumerate() {
+            set_lines(&mut board, 0, axis, lines);
+        }
         // From here on the twin remembers its edges.
         let wires = twin.step_pins(&[Drive::OFF; 2]);
-        for axis in 0..2 {
-            set_lines(&mut board, 0, axis, twin.lines()[axis]);
-        }
         set_contacts(&mut board, 0, &wires);
         let last = board.run_to_next_tick(100).context("the board does not tick")?;
+        for (axis, lines) in twin.lines().into_iter().enumerate() {
+            set_lines(&mut board, last.due + TICK_CLOCKS / 2, axis, lines);
+        }
         Ok(Self { board, twin, pulses: [0; 2], rises: Default::default(), last, enabled: false })
     }
 
