@@ -179,6 +179,7 @@ fn drain(machine: usize, place: &mut [u32]) -> usize {
 pub fn stop_pulses() {
     pio::stop(pac::PIO1, EMITTERS);
     for machine in 0..2 {
+        pio::side_low(pac::PIO1, machine);
         pio::forget_words(pac::PIO1, machine);
         pio::begin_anew(pac::PIO1, machine, 0);
     }

@@ -64,6 +64,8 @@ impl Setup {
 const MACHINES: usize = 4;
 /// `jmp` to address 0: all jumps have zeros in their upper three bits.
 const JUMP: u16 = 0x0000;
+/// `set pins, 0`.
+const SET_PINS_0: u16 = 0xE000;
 /// `set pindirs, 1`.
 const SET_PINDIRS_1: u16 = 0xE081;
 /// Operation code of an instruction.
@@ -105,7 +107,9 @@ pub fn set_up(block: Pio, machine: usize, program: Loaded, setup: &Setup) {
             w.set_set_base(pin);
             w.set_set_count(1);
         });
-        registers.instr().write(|w| w.set_instr(SET_PINDIRS_1));
+        for instruction in [SET_PINS_0, SET_PINDIRS_1] {
+            registers.instr().write(|w| w.set_instr(instruction));
+        }
     }
     registers.pinctrl().write(|w| {
         w.set_in_base(setup.in_base);
@@ -116,6 +120,9 @@ pub fn set_up(block: Pio, machine: usize, program: Loaded, setup: &Setup) {
         if let Some(pin) = setup.side_pin {
             w.set_sideset_base(pin);
             w.set_sideset_count(program.side_pins);
+            // For `side_low`; the program itself has no `set`.
+            w.set_set_base(pin);
+            w.set_set_count(1);
         }
     });
     begin_anew(block, machine, program.origin);
@@ -131,6 +138,11 @@ pub fn begin_anew(block: Pio, machine: usize, address: u8) {
         w.set_clkdiv_restart(1 << machine);
     });
     block.sm(machine % MACHINES).instr().write(|w| w.set_instr(JUMP + u16::from(address)));
+}
+
+/// Brings the side-set pin of a stopped machine down.
+pub fn side_low(block: Pio, machine: usize) {
+    block.sm(machine % MACHINES).instr().write(|w| w.set_instr(SET_PINS_0));
 }
 
 /// Starts machines in one clock, a bit each.
