@@ -20,7 +20,9 @@ pub mod switches;
 
 pub mod camera;
 pub mod instruments;
+pub mod pins;
 pub mod specimen;
+mod table;
 mod twin;
 
 pub use plant::Plant;
