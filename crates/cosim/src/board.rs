@@ -83,6 +83,8 @@ pub struct Board {
     telemetry: u32,
     /// Levels to come: (clock, order) → (pins, levels).
     to_come: BTreeMap<(u64, u64), (u32, u32)>,
+    /// The clock of the first of them.
+    next: u64,
     order: u64,
     step_pins: u32,
     rises: [Vec<Rise>; 2],
@@ -107,6 +109,7 @@ impl Board {
             emulator,
             telemetry: image.place_of("ABBE_TELEMETRY")?,
             to_come: BTreeMap::new(),
+            next: u64::MAX,
             order: 0,
             step_pins: 0,
             rises: Default::default(),
@@ -139,6 +142,7 @@ impl Board {
     pub fn set_at(&mut self, clock: u64, pin: u8, high: bool) {
         self.order += 1;
         self.to_come.insert((clock, self.order), (1 << pin, u32::from(high) << pin));
+        self.next = self.next.min(clock);
     }
 
     /// Whether the board drives this pin high.
@@ -171,11 +175,8 @@ impl Board {
 
     fn step(&mut self) {
         let now = self.clock();
-        while let Some(next) = self.to_come.first_entry().filter(|next| next.key().0 <= now) {
-            let (pins, levels) = next.remove();
-            let bus = &mut self.emulator.bus;
-            bus.external_gpio_in_mask |= pins;
-            bus.external_gpio_in_override = (bus.external_gpio_in_override & !pins) | levels;
+        if self.next <= now {
+            self.set_what_is_due(now);
         }
         let bus = &mut self.emulator.bus;
         if bus.wfe_waiting[0] && bus.nvics[0].pending_and_enabled() != 0 {
@@ -189,6 +190,16 @@ impl Board {
                 *deepest = (*deepest).min(core.regs.r[13]);
             }
         }
+    }
+
+    fn set_what_is_due(&mut self, now: u64) {
+        while let Some(next) = self.to_come.first_entry().filter(|next| next.key().0 <= now) {
+            let (pins, levels) = next.remove();
+            let bus = &mut self.emulator.bus;
+            bus.external_gpio_in_mask |= pins;
+            bus.external_gpio_in_override = (bus.external_gpio_in_override & !pins) | levels;
+        }
+        self.next = self.to_come.first_key_value().map_or(u64::MAX, |(key, _)| key.0);
     }
 
     fn look_at_pulses(&mut self, before: u64) {

@@ -87,6 +87,8 @@ impl Wired {
         let next = self.last.due + TICK_CLOCKS;
         self.board.run_until(next - 1 - QUIET / 2);
         self.enabled = !self.board.is_high(NOT_ENABLE);
+        // A tick is not over sooner; looking for its end at every instruction takes time.
+        self.board.run_until(next + TICK_CLOCKS / 5);
         self.last = self.board.run_to_next_tick(20).context("the board has stopped ticking")?;
         ensure!(!self.board.has_crashed(), "the board has crashed");
         Ok(self.last)
