@@ -165,11 +165,17 @@ mod tests {
     use crate::flight::replay;
     use crate::rig::tests::rig;
 
+    impl Recorder {
+        pub(crate) fn shorten_stretches(&mut self, ticks: u64) {
+            self.stretch_ticks = ticks;
+        }
+    }
+
     #[test]
     fn the_ring_keeps_two_minutes_and_replays_from_the_middle() {
         let mut rig = rig(5);
         // A quarter of the stretches' length, so that the test is short.
-        rig.recorder_mut().stretch_ticks = 2_000;
+        rig.recorder_mut().shorten_stretches(2_000);
         rig.home().unwrap();
         while rig.recorder_mut().past.len() < 24 || rig.time_s() < 8.0 {
             rig.move_to([1.0, 2.0]).unwrap();
@@ -192,7 +198,7 @@ mod tests {
     #[test]
     fn a_flood_is_bounded_in_bytes_too() {
         let mut rig = rig(5);
-        rig.recorder_mut().stretch_ticks = 10;
+        rig.recorder_mut().shorten_stretches(10);
         let flood = |ticks| Past {
             began: Box::new(rig.controller().clone()),
             ticks,

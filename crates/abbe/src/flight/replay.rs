@@ -152,6 +152,7 @@ mod tests {
 
     fn recording() -> Recording {
         let mut rig = rig(2);
+        rig.recorder_mut().shorten_stretches(15_000);
         rig.home().unwrap();
         rig.move_to([0.5, 0.25]).unwrap();
         rig.recorder_mut().recording().unwrap()

@@ -56,17 +56,17 @@ mod tests {
         let mut pair = Pair { controller: Controller::new(config), twin, outputs: Outputs::OFF };
         let map = ErrorMap::sample(Pos::from_mm(-5.0), |p| Pos::from_pm(p.pm() / 400)).unwrap();
         // Powered on, homing, mapped and moving, settling, braking, with a plan still wanted, in a fault.
-        for tick in 0u32..70_000 {
+        for tick in 0u32..120_000 {
             match tick {
                 5 => _ = pair.controller.command(Command::Home).unwrap(),
-                50_000 => pair.controller.set_error_map(0, Some(map)).unwrap(),
-                50_010 => _ = pair.controller.command(Command::MoveTo([Pos::from_mm(3.0); 2])).unwrap(),
-                60_000 => _ = pair.controller.command(Command::MoveBy([Pos::from_mm(1.0); 2])).unwrap(),
-                61_000 => _ = pair.controller.command(Command::Stop).unwrap(),
-                68_000 => pair.twin.happen(Event::DriveFault { axis: 1, faulty: true }),
+                100_000 => pair.controller.set_error_map(0, Some(map)).unwrap(),
+                100_010 => _ = pair.controller.command(Command::MoveTo([Pos::from_mm(3.0); 2])).unwrap(),
+                110_000 => _ = pair.controller.command(Command::MoveBy([Pos::from_mm(1.0); 2])).unwrap(),
+                111_000 => _ = pair.controller.command(Command::Stop).unwrap(),
+                118_000 => pair.twin.happen(Event::DriveFault { axis: 1, faulty: true }),
                 _ => {}
             }
-            if tick.is_multiple_of(4_999) || matches!(tick, 50_010 | 61_000 | 68_010) {
+            if tick.is_multiple_of(4_999) || matches!(tick, 100_010 | 111_000 | 118_010) {
                 let mut other = controller(&of(&pair.controller).unwrap()).unwrap();
                 let mut ahead = pair.clone();
                 for _ in 0..200 {
