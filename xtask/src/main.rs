@@ -3,6 +3,7 @@
 mod arrows;
 mod commands;
 mod compiler;
+mod cosim;
 mod demo;
 mod figures;
 mod firmware;
