@@ -7,5 +7,6 @@
 pub mod block;
 pub mod decoder;
 pub mod emitter;
+pub mod rates;
 pub mod serial;
 pub mod signal;
