@@ -15,6 +15,7 @@ pub mod block;
 pub mod board;
 pub mod decoder;
 pub mod emitter;
+pub mod golden;
 pub mod image;
 pub mod rates;
 pub mod serial;
