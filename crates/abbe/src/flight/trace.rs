@@ -50,13 +50,18 @@ pub(crate) struct AxisRow {
 }
 
 impl AxisRow {
-    fn of(status: &AxisStatus, output: &AxisOutputs, tick_hz: f64) -> Self {
+    fn of(state: State, status: &AxisStatus, output: &AxisOutputs, tick_hz: f64) -> Self {
         let drive = match output.actuation {
             Actuation::Steps(rate) => f64::from(rate.0) / 65_536.0 * tick_hz,
             Actuation::Pwm(duty) => f64::from(duty) / 327.68,
         };
+        // While homing there is no path in the stage frame, only a set-point beside the reading.
+        let set_point = match state {
+            State::Homing => status.reading + status.following_error,
+            _ => status.set_point,
+        };
         Self {
-            set_point_mm: status.set_point.mm(),
+            set_point_mm: set_point.mm(),
             position_mm: status.position.mm(),
             error_um: status.following_error.um(),
             drive,
@@ -280,7 +285,8 @@ impl Trace {
                 let t_s = tick as f64 / self.tick_hz;
                 self.see_fault(t_s, status);
                 if self.window.holds(t_s) {
-                    let axis = |k: usize| AxisRow::of(&status.axes[k], &outputs.axes[k], self.tick_hz);
+                    let axis =
+                        |k: usize| AxisRow::of(status.state, &status.axes[k], &outputs.axes[k], self.tick_hz);
                     self.take(Row { t_s, state: status.state, axes: [axis(0), axis(1)] });
                 }
             }
