@@ -1,10 +1,14 @@
-//! The project's own chores: `cargo xtask test`, `cargo xtask figures`.
+//! The project's own chores: `cargo xtask test`, `cargo xtask firmware`, `cargo xtask figures`.
 
 mod arrows;
 mod commands;
+mod compiler;
+mod cosim;
 mod demo;
 mod figures;
+mod firmware;
 mod gate;
+mod image;
 mod licences;
 mod links;
 mod metadata;
@@ -36,6 +40,15 @@ enum Chore {
         #[arg(long, value_name = "STAGE", num_args = 1..)]
         only: Vec<String>,
     },
+    /// Builds the images for the boards and judges their machine code: memory, stack, and what a tick must not do.
+    Firmware {
+        /// Install a compiler where there is none.
+        #[arg(long)]
+        install: bool,
+        /// One JSON document on stdout.
+        #[arg(long)]
+        json: bool,
+    },
     /// Measures the figures in docs/benchmarks.md again and writes them there.
     Figures {
         /// Only this topic; all of them without it.
@@ -47,6 +60,10 @@ fn main() -> ExitCode {
     let root = root();
     let done = match Arguments::parse().chore {
         Chore::Test { install, only } => test::run(&stage::Setting::new(root, install), &only),
+        Chore::Firmware { install, json } => {
+            let form = if json { firmware::Form::Json } else { firmware::Form::Table };
+            firmware::run(&stage::Setting::new(root, install), form)
+        }
         Chore::Figures { topic } => figures::run(&root, topic).map(|()| true),
     };
     match done {

@@ -6,7 +6,7 @@ use anyhow::Result;
 
 use crate::commands::cargo_stage;
 use crate::stage::{Outcome, Setting, Stage};
-use crate::{arrows, demo, gate, licences, links};
+use crate::{arrows, cosim, demo, firmware, gate, licences, links};
 
 /// Cheap checks first; none stops the ones after it, because one run should show everything that is wrong.
 const STAGES: &[Stage] = &[
@@ -17,6 +17,8 @@ const STAGES: &[Stage] = &[
     Stage { name: "documents", run: links::check },
     Stage { name: "demo", run: demo::check },
     Stage { name: "link gate", run: gate::check },
+    Stage { name: "firmware", run: firmware::check },
+    Stage { name: "co-simulation", run: cosim::check },
     Stage { name: "licences", run: licences::check },
 ];
 

@@ -7,7 +7,7 @@ use crate::design::{AxisConfig, Config, GLIDE_BITS};
 use crate::drive::StepDrive;
 use crate::edge::{Inputs, Outputs};
 use crate::guard::{self, Guard, Watch};
-use crate::machine::homing::{Found, Homing};
+use crate::machine::homing::Homing;
 use crate::machine::{Event, State, Stop, transition};
 use crate::plan::{LinePlan, Path, Ramp};
 use crate::publish::{AxisStatus, Fault, HomeReport, MoveReport, Outcome, Status};
@@ -35,7 +35,6 @@ struct Axis {
     /// The same in the stage frame, if it was made from there.
     place: Pos,
     homed: bool,
-    found: Option<Found>,
     home: HomeReport,
     illegal: u32,
     glitches: u32,
@@ -65,7 +64,12 @@ struct CurrentMove<const N: usize> {
     wants_plan: bool,
 }
 
-/// The whole controller of a stage of N axes. See the crate's first page.
+/// The whole controller of a stage of N axes. See the crate's first page, and [`crate::edge`] for what a plant must say.
+///
+/// It holds no thread, no clock and no device. Whoever owns it calls [`tick`](Self::tick) once a servo period, and between
+/// two ticks, in any order and as often as he likes, [`command`](Self::command), [`status`](Self::status),
+/// [`set_error_map`](Self::set_error_map) and [`crate::background::advance`]. Call `tick` once before the first command:
+/// until then nothing is known of where the stage stands.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Controller<const N: usize> {
@@ -110,6 +114,16 @@ impl<const N: usize> Controller<N> {
     }
 
     /// One tick, at the servo rate; bounded time, never fails.
+    ///
+    /// `inputs` are the sensors as they stand now; their tick number is one more than the last one's. The outputs are in
+    /// force from now until those of the next tick. The same inputs and commands in the same ticks give the same outputs,
+    /// bit for bit.
+    ///
+    /// What is wrong with the inputs is no error of this function but a [`Fault`]: after one that cuts, `enable` is false
+    /// in these very outputs; after one that allows braking, the stage brakes on its path and is then switched off. It
+    /// goes on being ticked. In [`State::Fault`] everything but [`Command::Reset`] is refused or does nothing; `Reset` leads
+    /// to [`State::Off`], and back into the fault with the next tick if its cause is still there. The zero survives a
+    /// fault, unless counts may be missing: then [`Command::MoveTo`] is refused until the stage has homed again.
     #[inline(never)]
     pub fn tick(&mut self, inputs: &Inputs<N>) -> Outputs<N> {
         self.sense(inputs);
@@ -124,6 +138,12 @@ impl<const N: usize> Controller<N> {
     }
 
     /// Takes or refuses a request; never blocks. Busy holds from this instant.
+    ///
+    /// Call it between two ticks, not before the first. Its effect is in the outputs of the next tick. Positions are in
+    /// the stage frame. `Accepted` means begun, not done: done is when [`status`](Self::status) is not busy any more and
+    /// `last_move` has the number of this move, with how it ended. A move begins only when it has its plan, see
+    /// [`wanted_plan`](Self::wanted_plan). `Stop`, `Reset` and `Disable` are never refused; where there is nothing to stop,
+    /// to leave or to switch off, they do nothing.
     ///
     /// # Errors
     /// A [`Refusal`] says why nothing was done.
@@ -141,7 +161,12 @@ impl<const N: usize> Controller<N> {
         Ok(Accepted { move_number: self.move_number })
     }
 
-    /// The snapshot of the last tick; never touches the loop.
+    /// The snapshot of the last tick, a copy; never touches the loop.
+    ///
+    /// State, fault and move number are those of this instant, so that a command is seen at once; all else is as the last
+    /// tick left it. Positions are picometres: `position`, `set_point` and `target` in the stage frame, `reading` and
+    /// `following_error` (set-point minus reading) in that of the scale. Before homing a position is a distance from where
+    /// the stage stood at power-on; `homed` tells.
     pub fn status(&self) -> Status<N> {
         Status { state: self.state, fault: self.fault, move_number: self.move_number, ..self.status }
     }
@@ -170,6 +195,10 @@ impl<const N: usize> Controller<N> {
     }
 
     /// The move that waits for a plan, if one does; see [`crate::background`].
+    ///
+    /// Ask between two ticks; [`background::advance`](crate::background::advance) asks, plans and answers in one call. To
+    /// plan elsewhere (another core, another thread), take the request, make its [`LinePlan`] and give it to
+    /// [`take_plan`](Self::take_plan). Until then the stage holds where it stands, in [`State::Moving`], and can be stopped.
     pub fn wanted_plan(&self) -> Option<MoveRequest<N>> {
         let current = self.current.filter(|current| current.wants_plan && self.state == State::Moving)?;
         Some(MoveRequest {
@@ -182,6 +211,11 @@ impl<const N: usize> Controller<N> {
     }
 
     /// Hands over the plan of move `number`, to begin at tick `start`.
+    ///
+    /// `start` is a tick number as in [`Inputs::tick`], by custom `asked_at` plus
+    /// [`PLANNING_TICKS`](crate::background::PLANNING_TICKS): a start that is named, not found, keeps a run the same however
+    /// long planning took. Be early: a plan whose start has passed begins at once, and so the run differs. The plan must
+    /// begin where the request said `from`, or the set-point jumps.
     ///
     /// A plan that nobody waits for any more (the move was stopped, failed, or has its plan) is dropped.
     pub fn take_plan(&mut self, number: u32, plan: LinePlan<N>, start: u32) {
@@ -350,12 +384,20 @@ impl<const N: usize> Controller<N> {
         }
         if let Some(fault) = failed {
             self.fail(fault);
-        } else if self.axes.iter().all(Axis::has_homed) {
-            for axis in &mut self.axes {
-                axis.end_homing();
-            }
+        } else if let Some(number) = self.axes.iter().position(Axis::has_homed) {
+            // One a tick: it is the longest work there is.
+            self.end_homing(number);
+        } else if self.axes.iter().all(|axis| axis.homing.is_none()) {
             _ = self.happen(Event::Homed);
-            self.hold_set_point();
+        }
+    }
+
+    fn end_homing(&mut self, number: usize) {
+        let axis_and_target = self.axes.get_mut(number).zip(self.target.get_mut(number));
+        if let Some((axis, target)) = axis_and_target {
+            axis.end_homing();
+            *target = axis.hold();
+            self.path.hold_axis(number, *target);
         }
     }
 
@@ -447,8 +489,8 @@ impl<const N: usize> Controller<N> {
 
     /// The place of the set-point becomes path and target; the table does not move.
     fn hold_set_point(&mut self) {
-        for (target, axis) in self.target.iter_mut().zip(&self.axes) {
-            *target = axis.stage_from_scale(axis.set_point);
+        for (target, axis) in self.target.iter_mut().zip(&mut self.axes) {
+            *target = axis.hold();
         }
         self.path.hold(self.target);
     }
@@ -534,7 +576,6 @@ impl Axis {
             set_point: Pos::ZERO,
             place: Pos::ZERO,
             homed: false,
-            found: None,
             home: HomeReport::default(),
             illegal: 0,
             glitches: 0,
@@ -546,7 +587,7 @@ impl Axis {
             self.set_point = self.sense.now.position;
             self.servo.reset();
         }
-        self.homing = Some(Homing::new(&self.sense.now));
+        self.homing = Some(Homing::new(&self.sense.now, &self.config.homing));
         self.glide = Glide::default();
     }
 
@@ -593,15 +634,14 @@ impl Axis {
             return;
         };
         self.homing = None;
-        let count_pm = self.config.sense.count_pm;
         let shift = self.sense.set_origin(found.zero, self.config.sense);
-        let switch = (found.switch - found.zero).to_pos(count_pm);
-        let last = self.found.replace(found);
+        let switch = (found.switch - found.zero).to_pos(self.config.sense.count_pm);
+        let again = self.home.count > 0;
         self.home = HomeReport {
             count: self.home.count.saturating_add(1),
-            zero_shift: last.is_some().then_some(shift),
+            zero_shift: again.then_some(shift),
             switch,
-            switch_shift: last.map(|last| switch - (last.switch - last.zero).to_pos(count_pm)),
+            switch_shift: again.then_some(switch - self.home.switch),
         };
         self.homed = true;
         // The frame moves under the stage: nothing else may.
@@ -621,6 +661,12 @@ impl Axis {
         let way = self.glide.rest.wrapping_add(speed);
         self.set_point = self.set_point + Pos::from_pm(way >> GLIDE_BITS);
         self.glide.rest = way & ((1 << GLIDE_BITS) - 1);
+    }
+
+    /// The place of the set-point, which from now on is where the path begins.
+    fn hold(&mut self) -> Pos {
+        self.place = self.stage_from_scale(self.set_point);
+        self.place
     }
 
     fn stage_from_scale(&self, reading: Pos) -> Pos {

@@ -1,6 +1,7 @@
 //! Every number of a stage in one place: [`StageSettings`] in the units people use, built once into the integers of
 //! the tick. Units enter here and nowhere else.
 
+use crate::front::emitter;
 use crate::plan::Limits;
 use crate::plan::ramp::RampLimits;
 use crate::servo::SPEED_BITS;
@@ -70,7 +71,7 @@ pub struct AxisSettings {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StageSettings<const N: usize> {
-    /// Servo rate, Hz; 100 … 100 000.
+    /// Servo rate, Hz; 1000 … 100 000.
     pub tick_hz: f64,
     /// Time inside the in-position window that means arrival, ms.
     pub dwell_ms: f64,
@@ -210,7 +211,7 @@ impl<const N: usize> StageSettings<N> {
     /// # Errors
     /// Names the first setting that is not a number, has the wrong sign or cannot be represented.
     pub fn build(&self) -> Result<Config<N>, DesignError> {
-        check(None, "tick_hz", self.tick_hz, (100.0..=100_000.0).contains(&self.tick_hz), "100 … 100000")?;
+        check(None, "tick_hz", self.tick_hz, (1000.0..=100_000.0).contains(&self.tick_hz), "1000 … 100000")?;
         for (key, value) in [
             ("dwell_ms", self.dwell_ms),
             ("settle_timeout_ms", self.settle_timeout_ms),
@@ -223,6 +224,7 @@ impl<const N: usize> StageSettings<N> {
         let ticks = |ms: f64| libm::ceil(ms * 1e-3 * self.tick_hz) as u32;
         for (number, axis) in self.axes.iter().enumerate() {
             axis.check(number)?;
+            axis.check_pulses(number, self.tick_hz)?;
             axis.check_gains(number, self.tick_hz)?;
             axis.check_ticks(number, self.tick_hz)?;
         }
@@ -276,6 +278,15 @@ impl AxisSettings {
         }
         let band = (0.0..self.in_position_um).contains(&self.dead_band_um);
         check(axis, "dead_band_um", self.dead_band_um, band, "0 or more, and below in_position_um")
+    }
+
+    /// The law may ask for pulses as fast as the drive's limit: the front end must be able to emit them.
+    fn check_pulses(&self, number: usize, tick_hz: f64) -> Result<(), DesignError> {
+        let fastest = emitter::fastest(emitter::clocks_per_tick(tick_hz)).0;
+        let fits = self.drive(tick_hz).fastest <= fastest;
+        let accepted = "smaller, or step_um larger: 1.2 times this speed needs more step pulses than one each 64 \
+                        clocks of 125 MHz";
+        check(Some(number), "speed_mm_s", self.speed_mm_s, fits, accepted)
     }
 
     /// A gain that the servo's integers cannot hold is refused, not clamped.
@@ -439,8 +450,10 @@ mod tests {
     fn the_default_stage_builds_and_bad_settings_are_named() {
         let good = StageSettings::<2>::default();
         assert!(good.build().is_ok());
-        let cases: [(&str, Spoil); 12] = [
+        let cases: [(&str, Spoil); 14] = [
             ("stall_um", |s| s.axes[0].stall_um = 501.0),
+            ("tick_hz", |s| s.tick_hz = 999.0),
+            ("speed_mm_s", |s| s.axes[1].step_um = 0.012),
             ("acceleration_mm_s2", |s| s.tick_hz = 1000.0),
             ("speed_mm_s", |s| {
                 s.axes[0].speed_mm_s = 0.05;

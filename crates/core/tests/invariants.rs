@@ -15,6 +15,8 @@ use proptest::prelude::*;
 
 const STEP_PM: i64 = 312_500;
 const COUNT_PM: i64 = 100_000;
+/// A tick of 0.1 ms at 125 MHz.
+const TICK_CLOCKS: u32 = 12_500;
 /// The ideal slide starts so far above the reference mark.
 const START_PM: i64 = 5_000_000_000;
 const SWITCH_PM: i64 = -2_000_000_000;
@@ -30,7 +32,12 @@ struct Ideal {
 
 impl Ideal {
     fn new() -> Self {
-        Self { tick: 0, emitters: Default::default(), counts: [START_PM / COUNT_PM; 2], offset_pm: 0 }
+        Self {
+            tick: 0,
+            emitters: [StepEmitter::new(TICK_CLOCKS); 2],
+            counts: [START_PM / COUNT_PM; 2],
+            offset_pm: 0,
+        }
     }
 
     fn step(&mut self, outputs: &Outputs<2>) -> Inputs<2> {
@@ -40,7 +47,7 @@ impl Ideal {
             if let Actuation::Steps(rate) = outputs.axes[axis].actuation {
                 self.emitters[axis].begin_tick(rate);
             }
-            let pulses = self.emitters[axis].pulses_at(1 << 16);
+            let pulses = self.emitters[axis].pulses_at(TICK_CLOCKS);
             let place = START_PM + i64::from(pulses) * STEP_PM + self.offset_pm;
             let before = self.counts[axis];
             let now = place.div_euclid(COUNT_PM);

@@ -17,7 +17,7 @@ use abbe_core::compensate::{ErrorMap, MapError};
 use abbe_core::design::StageSettings;
 use abbe_core::edge::StepRate;
 use abbe_core::front::quadrature::levels;
-use abbe_core::front::{QuadratureCounter, StepEmitter};
+use abbe_core::front::{DecoderWords, QuadratureCounter, Runs, StepEmitter, emitter};
 use abbe_core::machine::{Event, State, transition};
 use abbe_core::plan::LinePlan;
 use abbe_core::publish::{End, Fault, HomingFailure};
@@ -157,9 +157,17 @@ fn front() {
     decoder.edge(black_box(1), black_box(true), black_box(false), black_box(true));
     decoder.advance(black_box(2));
     black_box(decoder.read(black_box(3)));
-    let mut emitter = black_box(StepEmitter::default());
-    emitter.begin_tick(black_box(StepRate(1)));
+    let clocks = black_box(emitter::clocks_per_tick(black_box(10_000.0)));
+    let mut emitter = black_box(StepEmitter::new(clocks));
+    black_box(emitter.clocks_per_tick());
+    let train = black_box(emitter.begin_tick(black_box(StepRate(1))));
     black_box(emitter.pulses_at(black_box(2)));
+    black_box(train.pulses_until(black_box(3)));
+    black_box(train.last());
+    let words = black_box(Runs::new(black_box(clocks))).words(black_box(&train));
+    black_box(words.as_slice());
+    let mut decoder = black_box(DecoderWords::new(black_box(1)));
+    black_box(decoder.read(black_box(2), black_box(&[3, 4]), black_box(true)));
 }
 
 /// Where the image would start.

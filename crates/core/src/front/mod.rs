@@ -6,5 +6,14 @@
 pub mod emitter;
 pub mod quadrature;
 
-pub use emitter::StepEmitter;
+// What the board's hardware is told and tells.
+pub mod decoder_words;
+pub mod pulse_words;
+
+/// Clock of the front end on the board, Hz.
+pub const CLOCK_HZ: u32 = 125_000_000;
+
+pub use decoder_words::DecoderWords;
+pub use emitter::{StepEmitter, Train};
+pub use pulse_words::Runs;
 pub use quadrature::{QuadratureCounter, Reading};

@@ -18,7 +18,7 @@ pub struct Reading {
     pub illegal: u16,
     /// Filtered pulses since the last reading.
     pub glitches: u16,
-    /// The counter when the index rose, if it did since the last reading.
+    /// The counter when the index first rose, if it did since the last reading.
     pub index: Option<u32>,
 }
 
@@ -133,7 +133,7 @@ impl QuadratureCounter {
         }
         self.count(before & (A | B), self.passed & (A | B));
         if self.passed & !before & Z != 0 {
-            self.reading.index = Some(self.reading.counter);
+            self.reading.index = self.reading.index.or(Some(self.reading.counter));
         }
     }
 
@@ -273,5 +273,15 @@ mod tests {
         }
         assert_eq!(counter.read(500).index, Some(7));
         assert_eq!(counter.read(510).index, None);
+    }
+
+    #[test]
+    fn of_two_rises_between_readings_the_first_is_latched() {
+        let mut counter = QuadratureCounter::new(3, false, false);
+        for n in 1..20 {
+            let (a, b) = levels(n);
+            counter.edge(n as u64 * 10, a, b, n == 7 || n == 12);
+        }
+        assert_eq!(counter.read(500).index, Some(7));
     }
 }

@@ -54,14 +54,19 @@ pub struct Homing {
     began: Pos,
     /// Where the switch was last seen pressed, while backing off.
     released: Pos,
+    /// The speed of the phase.
+    speed: i64,
     found: Found,
 }
 
 impl Homing {
     /// Begins where the axis stands; from a pressed switch it backs off first.
-    pub fn new(sensed: &Sensed) -> Self {
+    pub fn new(sensed: &Sensed, config: &Config) -> Self {
         let phase = if sensed.limit_low { Phase::BackOff } else { Phase::SeekFast };
-        Self { phase, began: sensed.position, released: sensed.position, found: Found::default() }
+        let mut homing =
+            Self { phase, began: Pos::ZERO, released: Pos::ZERO, speed: 0, found: Found::default() };
+        homing.enter(phase, sensed, config);
+        homing
     }
 
     /// What was found, once it is.
@@ -81,11 +86,11 @@ impl Homing {
     pub fn tick(&mut self, sensed: &Sensed, config: &Config) -> Result<i64, HomingFailure> {
         let gone = Pos::from_pm(sensed.position.way_from(self.began)).abs();
         match self.phase {
-            Phase::SeekFast if sensed.limit_low => self.enter(Phase::BackOff, sensed),
+            Phase::SeekFast if sensed.limit_low => self.enter(Phase::BackOff, sensed, config),
             Phase::BackOff => self.back_off(sensed, config, gone)?,
             Phase::SeekSlow if sensed.limit_low => {
                 self.found.switch = sensed.raw;
-                self.enter(Phase::SeekIndex, sensed);
+                self.enter(Phase::SeekIndex, sensed, config);
             }
             Phase::SeekIndex => self.seek_index(sensed, config, gone)?,
             Phase::SeekFast | Phase::SeekSlow if gone > config.search => {
@@ -93,7 +98,7 @@ impl Homing {
             }
             _ => {}
         }
-        Ok(self.speed(config))
+        Ok(self.speed)
     }
 
     fn back_off(&mut self, sensed: &Sensed, config: &Config, gone: Pos) -> Result<(), HomingFailure> {
@@ -103,7 +108,7 @@ impl Homing {
                 return Err(HomingFailure::SwitchStuck);
             }
         } else if sensed.position - self.released > config.back_off {
-            self.enter(Phase::SeekSlow, sensed);
+            self.enter(Phase::SeekSlow, sensed, config);
         }
         Ok(())
     }
@@ -111,27 +116,24 @@ impl Homing {
     fn seek_index(&mut self, sensed: &Sensed, config: &Config, gone: Pos) -> Result<(), HomingFailure> {
         if let Some(index) = sensed.index {
             self.found.zero = index + config.zero_from_index;
-            self.enter(Phase::Done, sensed);
+            self.enter(Phase::Done, sensed, config);
         } else if gone > config.index_search {
             return Err(HomingFailure::IndexNotFound);
         }
         Ok(())
     }
 
-    fn enter(&mut self, phase: Phase, sensed: &Sensed) {
+    fn enter(&mut self, phase: Phase, sensed: &Sensed, config: &Config) {
         self.phase = phase;
         self.began = sensed.position;
         self.released = sensed.position;
-    }
-
-    fn speed(&self, config: &Config) -> i64 {
-        match self.phase {
+        self.speed = match phase {
             Phase::SeekFast => config.fast.saturating_neg(),
             Phase::BackOff => config.fast,
             Phase::SeekSlow => config.slow.saturating_neg(),
             Phase::SeekIndex => config.slow,
             Phase::Done => 0,
-        }
+        };
     }
 }
 
@@ -155,7 +157,7 @@ mod tests {
 
     /// Walks through places; the speed of each tick, or what was missing.
     fn walk(places: &[Sensed]) -> Result<Vec<i64>, HomingFailure> {
-        let mut homing = Homing::new(&places[0]);
+        let mut homing = Homing::new(&places[0], &CONFIG);
         places.iter().map(|sensed| homing.tick(sensed, &CONFIG)).collect()
     }
 
@@ -172,7 +174,7 @@ mod tests {
             mark,
         ];
         assert_eq!(walk(&places), Ok(vec![-1000, 1000, 1000, -50, 50, 50, 0]));
-        let mut homing = Homing::new(&places[0]);
+        let mut homing = Homing::new(&places[0], &CONFIG);
         for sensed in &places {
             homing.tick(sensed, &CONFIG).unwrap();
         }

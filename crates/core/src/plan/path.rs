@@ -127,6 +127,14 @@ impl<const N: usize> Path<N> {
         *self = Self::holding(at);
     }
 
+    /// The same for one axis, whose frame has moved.
+    pub fn hold_axis(&mut self, axis: usize, at: Pos) {
+        self.motion = Motion::Hold;
+        if let Some(set_point) = self.set_point.get_mut(axis) {
+            *set_point = at;
+        }
+    }
+
     /// The last set-point.
     pub fn set_point(&self) -> [Pos; N] {
         self.set_point

@@ -406,27 +406,33 @@ fn memory_that_is_too_short_is_said_to_be() {
 const STEP_PM: i64 = 312_500;
 const COUNT_PM: i64 = 100_000;
 
+/// Clocks in a tick.
+const CLOCKS: u32 = 12_500;
+
 /// Two slides that follow their pulses exactly, 2 mm above their marks.
-#[derive(Default)]
 struct Slides {
     tick: u32,
     emitters: [StepEmitter; 2],
 }
 
 impl Slides {
+    fn new() -> Self {
+        Self { tick: 0, emitters: [StepEmitter::new(CLOCKS); 2] }
+    }
+
     fn step(&mut self, outputs: &Outputs<2>) -> Inputs<2> {
         self.tick += 1;
         let mut inputs = Inputs::at_rest(self.tick);
         for ((axis, emitter), output) in inputs.axes.iter_mut().zip(&mut self.emitters).zip(&outputs.axes) {
             let place =
-                |emitter: &StepEmitter| 2_000_000_000 + i64::from(emitter.pulses_at(1 << 16)) * STEP_PM;
+                |emitter: &StepEmitter| 2_000_000_000 + i64::from(emitter.pulses_at(CLOCKS)) * STEP_PM;
             let before = place(emitter);
             if let Actuation::Steps(rate) = output.actuation {
                 emitter.begin_tick(rate);
             }
             let now = place(emitter);
             axis.counter = now.div_euclid(COUNT_PM) as u32;
-            axis.pulses = emitter.pulses_at(1 << 16);
+            axis.pulses = emitter.pulses_at(CLOCKS);
             axis.index = (before < 0 && now >= 0).then_some(0);
             axis.limit_low = now < -1_000_000_000;
         }
@@ -440,7 +446,7 @@ fn controller() -> Controller<2> {
 
 /// Homes, maps, moves, is asked nonsense, stops and meets a fault, with a recorder beside it.
 fn recorded_run() -> (Vec<u8>, Status<2>, u32) {
-    let (mut slides, mut controller, mut outputs) = (Slides::default(), controller(), Outputs::OFF);
+    let (mut slides, mut controller, mut outputs) = (Slides::new(), controller(), Outputs::OFF);
     let mut bytes = Vec::new();
     let mut encoder = Encoder::<2, _>::new(|block: &[u8]| {
         bytes.extend_from_slice(block);

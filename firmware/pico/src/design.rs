@@ -1,0 +1,63 @@
+//! Every pin and every number of time on this board, with its reason. The wiring: `docs/wiring.md`.
+
+// The processor's clock is what embassy sets up from the 12 MHz crystal, and the front end's clock.
+pub use abbe_core::front::CLOCK_HZ;
+/// A tick, µs: the preset `microscope-100` runs at 10 kHz.
+pub const TICK_US: u32 = 100;
+/// Clocks in a tick.
+pub const TICK_CLOCKS: u32 = CLOCK_HZ / 1_000_000 * TICK_US;
+
+/// The pulses of a tick begin so many clocks after it, so that the words for them are there whenever the tick's
+/// interrupt was late by less: 4 µs.
+pub const PULSE_LEAD_CLOCKS: u32 = 500;
+
+/// The serial line, bit/s, 8 data bits, no parity, one stop bit.
+pub const BAUD: u32 = 115_200;
+/// Samples of the PIO receiver in a bit.
+pub const SAMPLES_PER_BIT: u32 = 8;
+
+/// How often the receiver's words are taken, µs: five bytes at most, and it keeps eight.
+pub const RECEIVE_US: u32 = 400;
+/// How often core 0 looks into its queues, µs: two ticks. Between two looks it sleeps.
+pub const POLL_US: u64 = 200;
+/// How often core 0 looks whether core 1 still ticks, µs.
+pub const WATCH_US: u64 = 1000;
+/// So many looks without a tick are a stall: more than the longest critical section of core 0, less than a slide needs
+/// for its stopping distance.
+pub const STALLED_LOOKS: u32 = 3;
+/// The chip starts anew when core 0 has not fed the watchdog for this long, µs.
+pub const WATCHDOG_US: u32 = 50_000;
+
+/// Pins of one axis.
+pub struct AxisPins {
+    /// Encoder A; B is the next pin.
+    pub a: u8,
+    /// Reference mark.
+    pub z: u8,
+    /// Step pulses.
+    pub step: u8,
+    /// Direction, high is up.
+    pub direction: u8,
+    /// Switch at the low end: closed to ground while free, so that a broken wire reads as pressed.
+    pub limit_low: u8,
+    /// Switch at the high end.
+    pub limit_high: u8,
+}
+
+/// X and Y.
+pub const AXES: [AxisPins; 2] = [
+    AxisPins { a: 2, z: 4, step: 8, direction: 9, limit_low: 15, limit_high: 16 },
+    AxisPins { a: 5, z: 7, step: 10, direction: 11, limit_low: 17, limit_high: 18 },
+];
+/// Serial output, the hardware's UART 0.
+pub const SERIAL_OUT: u8 = 0;
+/// Serial input, read by a PIO program.
+pub const SERIAL_IN: u8 = 1;
+/// Both power stages: low is on. A resistor pulls it up while the chip starts.
+pub const NOT_ENABLE: u8 = 12;
+/// Both power stages report a fault by pulling it low.
+pub const NOT_DRIVE_FAULT: u8 = 13;
+/// Emergency stop: closed to ground while released.
+pub const EMERGENCY_STOP: u8 = 14;
+/// The lamp on the board, lit while ticks come.
+pub const TICK_LAMP: u8 = 25;
