@@ -80,7 +80,8 @@ impl Image {
     /// # Errors
     /// There is none, or more than one.
     pub fn entry_of(&self, beginning: &str, end: &str) -> Result<u32> {
-        let named = self.symbols.iter().filter(|(name, _)| name.starts_with(beginning) && name.ends_with(end));
+        let named =
+            self.symbols.iter().filter(|(name, _)| name.starts_with(beginning) && name.ends_with(end));
         let found: Vec<u32> = named.flat_map(|(_, places)| places).map(|place| place & !1).collect();
         ensure!(found.len() == 1, "the image has {} functions {beginning}…{end}, not one", found.len());
         Ok(found[0])

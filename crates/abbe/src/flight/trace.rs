@@ -25,7 +25,7 @@ impl Window {
     pub(crate) fn part(self, from_s: Option<f64>, to_s: Option<f64>) -> Result<Self, Failure> {
         for (option, asked_s) in [("--from", from_s), ("--to", to_s)] {
             if let Some(asked_s) = asked_s.filter(|asked_s| !(self.from_s..=self.to_s).contains(asked_s)) {
-                return Err(Failure::usage(format!(
+                return Err(Failure::work(format!(
                     "{option} {asked_s}: the recording covers {:.4} … {:.4} s from power-on",
                     self.from_s, self.to_s
                 )));
@@ -378,7 +378,7 @@ mod tests {
             [(Some(1.0), None, "--from 1"), (Some(9.5), None, "--from 9.5"), (None, Some(10.0), "--to 10")]
         {
             let failure = all.part(from, to).unwrap_err();
-            assert_eq!(failure.status(), 2);
+            assert_eq!(failure.status(), 1);
             assert!(failure.sentence().contains(name), "{}", failure.sentence());
             assert!(failure.sentence().contains("2.0000 … 9.0000 s"), "{}", failure.sentence());
         }
