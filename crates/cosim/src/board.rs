@@ -100,8 +100,10 @@ impl Board {
     /// # Errors
     /// The image has no telemetry.
     pub fn power_on(image: &Image) -> Result<Self> {
-        let mut emulator =
-            EmulatorBuilder::new(Config::default()).step_quantum(QUANTUM).build().map_err(|e| anyhow::anyhow!("{e}"))?;
+        let mut emulator = EmulatorBuilder::new(Config::default())
+            .step_quantum(QUANTUM)
+            .build()
+            .map_err(|e| anyhow::anyhow!("{e}"))?;
         emulator.load_flash(&image.flash);
         emulator.reset();
         emulator.direct_boot_from_flash(VECTORS);
@@ -118,7 +120,8 @@ impl Board {
             heard: Vec::new(),
             deepest: [u32::MAX; 2],
         };
-        let low = ENCODER_A.iter().flat_map(|&a| [a, a + 1]).chain(ENCODER_Z).chain(LIMIT_LOW).chain(LIMIT_HIGH);
+        let low =
+            ENCODER_A.iter().flat_map(|&a| [a, a + 1]).chain(ENCODER_Z).chain(LIMIT_LOW).chain(LIMIT_HIGH);
         for pin in low.chain([EMERGENCY_STOP]) {
             board.set(pin, false);
         }

@@ -5,8 +5,8 @@
 //! delay that the twin has by itself when it is run without a board, so both run alike.
 
 use crate::board::{
-    Board, EMERGENCY_STOP, ENCODER_A, ENCODER_Z, LIMIT_HIGH, LIMIT_LOW, NOT_DRIVE_FAULT, NOT_ENABLE,
-    Rise, TICK_CLOCKS, Telemetry,
+    Board, EMERGENCY_STOP, ENCODER_A, ENCODER_Z, LIMIT_HIGH, LIMIT_LOW, NOT_DRIVE_FAULT, NOT_ENABLE, Rise,
+    TICK_CLOCKS, Telemetry,
 };
 use crate::image::Image;
 use abbe_core::front::pulse_words::LAG;

@@ -23,6 +23,7 @@ const TITLE_SIZE: u32 = 20;
 const TEXT_SIZE: u32 = 14;
 /// More marks than this stay without their words: nobody could read them.
 const MOST_WORDS: usize = 24;
+const LONGEST_WORDS: usize = 36;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Panel<'a, 'b> = ChartContext<
@@ -189,9 +190,18 @@ fn words(panel: &mut Panel<'_, '_>, trace: &Trace, low: f64) -> Drawn {
     for mark in trace.marks_in_window() {
         let style = ("sans-serif", TEXT_SIZE - 3).into_font().transform(FontTransform::Rotate270);
         let at = (mark.t_s, low + 0.1);
-        panel.draw_series([Text::new(mark.text.clone(), at, style.color(&colour_of(mark.kind)))])?;
+        panel.draw_series([Text::new(shortened(&mark.text), at, style.color(&colour_of(mark.kind)))])?;
     }
     Ok(())
+}
+
+/// As much as the height of a panel holds.
+fn shortened(text: &str) -> String {
+    if text.chars().count() <= LONGEST_WORDS {
+        return text.to_owned();
+    }
+    let kept: String = text.chars().take(LONGEST_WORDS - 1).collect();
+    format!("{kept}…")
 }
 
 /// Decimals that tell six labels on a scale of this length apart.

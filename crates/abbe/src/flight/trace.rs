@@ -25,7 +25,7 @@ impl Window {
     pub(crate) fn part(self, from_s: Option<f64>, to_s: Option<f64>) -> Result<Self, Failure> {
         for (option, asked_s) in [("--from", from_s), ("--to", to_s)] {
             if let Some(asked_s) = asked_s.filter(|asked_s| !(self.from_s..=self.to_s).contains(asked_s)) {
-                return Err(Failure::usage(format!(
+                return Err(Failure::work(format!(
                     "{option} {asked_s}: the recording covers {:.4} … {:.4} s from power-on",
                     self.from_s, self.to_s
                 )));
@@ -50,13 +50,18 @@ pub(crate) struct AxisRow {
 }
 
 impl AxisRow {
-    fn of(status: &AxisStatus, output: &AxisOutputs, tick_hz: f64) -> Self {
+    fn of(state: State, status: &AxisStatus, output: &AxisOutputs, tick_hz: f64) -> Self {
         let drive = match output.actuation {
             Actuation::Steps(rate) => f64::from(rate.0) / 65_536.0 * tick_hz,
             Actuation::Pwm(duty) => f64::from(duty) / 327.68,
         };
+        // While homing there is no path in the stage frame, only a set-point beside the reading.
+        let set_point = match state {
+            State::Homing => status.reading + status.following_error,
+            _ => status.set_point,
+        };
         Self {
-            set_point_mm: status.set_point.mm(),
+            set_point_mm: set_point.mm(),
             position_mm: status.position.mm(),
             error_um: status.following_error.um(),
             drive,
@@ -280,7 +285,8 @@ impl Trace {
                 let t_s = tick as f64 / self.tick_hz;
                 self.see_fault(t_s, status);
                 if self.window.holds(t_s) {
-                    let axis = |k: usize| AxisRow::of(&status.axes[k], &outputs.axes[k], self.tick_hz);
+                    let axis =
+                        |k: usize| AxisRow::of(status.state, &status.axes[k], &outputs.axes[k], self.tick_hz);
                     self.take(Row { t_s, state: status.state, axes: [axis(0), axis(1)] });
                 }
             }
@@ -372,7 +378,7 @@ mod tests {
             [(Some(1.0), None, "--from 1"), (Some(9.5), None, "--from 9.5"), (None, Some(10.0), "--to 10")]
         {
             let failure = all.part(from, to).unwrap_err();
-            assert_eq!(failure.status(), 2);
+            assert_eq!(failure.status(), 1);
             assert!(failure.sentence().contains(name), "{}", failure.sentence());
             assert!(failure.sentence().contains("2.0000 … 9.0000 s"), "{}", failure.sentence());
         }
