@@ -166,21 +166,42 @@ fn targets(setting: &Setting) -> Vec<&'static str> {
     targets.into_iter().collect()
 }
 
+/// How a program for a board is built.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Build {
+    /// Its folder under `firmware/`.
+    pub(crate) folder: &'static str,
+    pub(crate) name: &'static str,
+    pub(crate) target: &'static str,
+    /// The same whenever it is built for this target.
+    pub(crate) features: &'static [&'static str],
+}
+
 /// The ELF file of an image, built unless this run has built it already.
 ///
 /// # Errors
 /// It does not build; the compiler's words are on the terminal.
 pub(crate) fn elf_file(setting: &Setting, route: Route, row: &Row) -> Result<PathBuf> {
+    let build = Build { folder: row.folder, name: row.name, target: row.target, features: &[] };
+    built(setting, route, &build)
+}
+
+/// The ELF file of a program for a board, built unless this run has built it already.
+///
+/// # Errors
+/// It does not build; the compiler's words are on the terminal.
+pub(crate) fn built(setting: &Setting, route: Route, build: &Build) -> Result<PathBuf> {
     static BUILT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
-    let folder = setting.root.join("firmware").join(row.folder);
+    let folder = setting.root.join("firmware").join(build.folder);
     let target_folder = route.target_folder(&folder);
-    let file = target_folder.join(row.target).join("release").join(row.name);
+    let file = target_folder.join(build.target).join("release").join(build.name);
     let mut built = BUILT.lock().ok().context("an earlier build of an image ended in a panic")?;
     if !built.contains(&file) {
         let mut command = route.cargo(&folder);
-        command.args(["build", "--release", "--bin", row.name, "--target", row.target, "--target-dir"]);
-        stdout_of(command.arg(target_folder))
-            .with_context(|| format!("the image {} does not build", row.name))?;
+        command.args(["build", "--release", "--bin", build.name, "--target", build.target]);
+        command.args(["--features", &build.features.join(",")]);
+        stdout_of(command.arg("--target-dir").arg(target_folder))
+            .with_context(|| format!("the image {} does not build", build.name))?;
         built.insert(file.clone());
     }
     Ok(file)

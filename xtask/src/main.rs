@@ -1,13 +1,15 @@
-//! The project's own chores: `cargo xtask test`, `cargo xtask firmware`, `cargo xtask figures`.
+//! The project's own chores: `cargo xtask test`, `firmware`, `golden`, `cycles`, `figures`.
 
 mod arrows;
 mod commands;
 mod compiler;
 mod cosim;
+mod cycles;
 mod demo;
 mod figures;
 mod firmware;
 mod gate;
+mod golden;
 mod image;
 mod licences;
 mod links;
@@ -49,6 +51,24 @@ enum Chore {
         #[arg(long)]
         json: bool,
     },
+    /// Replays the golden traces on this machine and on emulated boards: the hashes of all outputs must be equal.
+    Golden {
+        /// Plays the scripts on the twin instead, writes the traces anew and says which have changed.
+        #[arg(long, conflicts_with = "install")]
+        record: bool,
+        /// Install what is lacking: a compiler, QEMU.
+        #[arg(long)]
+        install: bool,
+    },
+    /// Counts what every stage of a tick costs a Cortex-M0+ over all golden traces, against the budget.
+    Cycles {
+        /// Install a compiler where there is none.
+        #[arg(long)]
+        install: bool,
+        /// One JSON document on stdout.
+        #[arg(long)]
+        json: bool,
+    },
     /// Measures the figures in docs/benchmarks.md again and writes them there.
     Figures {
         /// Only this topic; all of them without it.
@@ -63,6 +83,12 @@ fn main() -> ExitCode {
         Chore::Firmware { install, json } => {
             let form = if json { firmware::Form::Json } else { firmware::Form::Table };
             firmware::run(&stage::Setting::new(root, install), form)
+        }
+        Chore::Golden { record: true, .. } => golden::record(&root),
+        Chore::Golden { install, .. } => golden::run(&stage::Setting::new(root, install)),
+        Chore::Cycles { install, json } => {
+            let form = if json { cycles::Form::Json } else { cycles::Form::Table };
+            cycles::run(&stage::Setting::new(root, install), form)
         }
         Chore::Figures { topic } => figures::run(&root, topic).map(|()| true),
     };

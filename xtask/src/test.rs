@@ -6,7 +6,7 @@ use anyhow::Result;
 
 use crate::commands::cargo_stage;
 use crate::stage::{Outcome, Setting, Stage};
-use crate::{arrows, cosim, demo, firmware, gate, licences, links};
+use crate::{arrows, cosim, cycles, demo, firmware, gate, golden, licences, links};
 
 /// Cheap checks first; none stops the ones after it, because one run should show everything that is wrong.
 const STAGES: &[Stage] = &[
@@ -18,6 +18,8 @@ const STAGES: &[Stage] = &[
     Stage { name: "demo", run: demo::check },
     Stage { name: "link gate", run: gate::check },
     Stage { name: "firmware", run: firmware::check },
+    Stage { name: "golden traces", run: golden::check },
+    Stage { name: "cycles", run: cycles::check },
     Stage { name: "co-simulation", run: cosim::check },
     Stage { name: "licences", run: licences::check },
 ];
@@ -65,9 +67,9 @@ fn run_stage(stage: &Stage, setting: &Setting) -> Row {
 
 /// Prints the table and the count; true when all is well.
 fn conclude(rows: &[Row], ci: bool) -> bool {
-    println!("\n{:<12} {:>7}  result", "stage", "minutes");
+    println!("\n{:<13} {:>7}  result", "stage", "minutes");
     for row in rows {
-        println!("{:<12} {:>7}  {}", row.name, minutes(row.took), sentence(&row.outcome));
+        println!("{:<13} {:>7}  {}", row.name, minutes(row.took), sentence(&row.outcome));
     }
     let failed = rows.iter().filter(|row| is_failure(&row.outcome, ci)).count();
     let passed = rows.iter().filter(|row| row.outcome == Outcome::Passed).count();

@@ -21,15 +21,15 @@ pub const STEP: [u8; 2] = [8, 10];
 /// Directions, high is up.
 pub const DIRECTION: [u8; 2] = [9, 11];
 /// Power stages, low is on.
-pub const NOT_ENABLE: u8 = 12;
-/// Fault of the power stages, low is a fault.
-pub const NOT_DRIVE_FAULT: u8 = 13;
+pub const NOT_ENABLE: u8 = 14;
+/// Fault of a power stage, high is a fault.
+pub const DRIVE_FAULT: u8 = 15;
 /// Emergency stop, high is pressed.
-pub const EMERGENCY_STOP: u8 = 14;
+pub const EMERGENCY_STOP: u8 = 20;
 /// Switches at the low ends, high is pressed.
-pub const LIMIT_LOW: [u8; 2] = [15, 17];
+pub const LIMIT_LOW: [u8; 2] = [16, 18];
 /// Switches at the high ends.
-pub const LIMIT_HIGH: [u8; 2] = [16, 18];
+pub const LIMIT_HIGH: [u8; 2] = [17, 19];
 const SERIAL_IN: u8 = 1;
 
 /// The vector table lies behind the second boot stage.
@@ -95,7 +95,7 @@ pub struct Board {
 }
 
 impl Board {
-    /// Powers the image on. Every input is low but the serial line and the fault of the power stages.
+    /// Powers the image on. Every input is low but the serial line.
     ///
     /// # Errors
     /// The image has no telemetry.
@@ -122,12 +122,10 @@ impl Board {
         };
         let low =
             ENCODER_A.iter().flat_map(|&a| [a, a + 1]).chain(ENCODER_Z).chain(LIMIT_LOW).chain(LIMIT_HIGH);
-        for pin in low.chain([EMERGENCY_STOP]) {
+        for pin in low.chain([DRIVE_FAULT, EMERGENCY_STOP]) {
             board.set(pin, false);
         }
-        for pin in [SERIAL_IN, NOT_DRIVE_FAULT] {
-            board.set(pin, true);
-        }
+        board.set(SERIAL_IN, true);
         Ok(board)
     }
 

@@ -5,7 +5,7 @@
 //! delay that the twin has by itself when it is run without a board, so both run alike.
 
 use crate::board::{
-    Board, EMERGENCY_STOP, ENCODER_A, ENCODER_Z, LIMIT_HIGH, LIMIT_LOW, NOT_DRIVE_FAULT, NOT_ENABLE, Rise,
+    Board, DRIVE_FAULT, EMERGENCY_STOP, ENCODER_A, ENCODER_Z, LIMIT_HIGH, LIMIT_LOW, NOT_ENABLE, Rise,
     TICK_CLOCKS, Telemetry,
 };
 use crate::image::Image;
@@ -153,6 +153,6 @@ fn set_contacts(board: &mut Board, at: u64, wires: &Wires) {
         board.set_at(at, LIMIT_LOW[axis], wires.limit_low);
         board.set_at(at, LIMIT_HIGH[axis], wires.limit_high);
     }
-    board.set_at(at, NOT_DRIVE_FAULT, !wires.axes.iter().any(|axis| axis.drive_fault));
+    board.set_at(at, DRIVE_FAULT, wires.axes.iter().any(|axis| axis.drive_fault));
     board.set_at(at, EMERGENCY_STOP, wires.emergency_stop);
 }

@@ -19,7 +19,10 @@ const PRESET: &str = include_str!("../../../presets/microscope-100.toml");
 const LONGEST: u32 = 90_000;
 
 fn image() -> Image {
-    let built = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../firmware/pico/target/thumbv6m-none-eabi/release/abbe-pico");
+    let built = || {
+        PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+            .join("../../firmware/pico/target/thumbv6m-none-eabi/release/abbe-pico")
+    };
     let file = std::env::var_os("ABBE_PICO_IMAGE").map_or_else(built, PathBuf::from);
     Image::read(&file).expect("the image is built by `cargo xtask firmware`")
 }
@@ -128,7 +131,10 @@ fn homing_and_a_move_are_those_of_the_twin_alone_tick_by_tick() {
             let now = wired
                 .tick(|seen| {
                     for (seen, expected) in seen.iter().flatten().zip(expected.iter().flatten()) {
-                        assert!((seen[0].min(seen[1])..=seen[0].max(seen[1])).contains(expected), "{seen:?} {expected}");
+                        assert!(
+                            (seen[0].min(seen[1])..=seen[0].max(seen[1])).contains(expected),
+                            "{seen:?} {expected}"
+                        );
                         open += u32::from(seen[0] != seen[1]);
                     }
                     expected
@@ -152,7 +158,9 @@ fn homing_and_a_move_are_those_of_the_twin_alone_tick_by_tick() {
     }
     let answers = wired.board.hear();
     assert_eq!(answers, ["ok", "ok move 1", "ok move 2"]);
-    println!("{compared} ticks compared; {open} times a pulse rose in the instruction that ended a half tick");
+    println!(
+        "{compared} ticks compared; {open} times a pulse rose in the instruction that ended a half tick"
+    );
     // The twin alone is a step ahead.
     let expected = alone.pulses();
     wired.tick(|_| expected).unwrap();
@@ -210,7 +218,10 @@ fn a_limit_an_encoder_lost_a_stalled_tick_and_garbage_are_met_safely() {
     until(&mut wired, "a fault", |now| now.fault);
     assert!(!wired.last().on);
     let status = ask(&mut wired, "status");
-    assert!(status.contains("fault x: ") && status.contains("encoder") && status.contains("homed y "), "{status}");
+    assert!(
+        status.contains("fault x: ") && status.contains("encoder") && status.contains("homed y "),
+        "{status}"
+    );
     wired.twin.happen(Event::Encoder { axis: 0, connected: true });
     assert_eq!(ask(&mut wired, "reset"), "ok");
     assert_eq!(ask(&mut wired, "move 1 0.2"), "error: the drives are off; home or enable first");
@@ -220,7 +231,10 @@ fn a_limit_an_encoder_lost_a_stalled_tick_and_garbage_are_met_safely() {
     // Core 1 hangs in a tick with the drives on: core 0 switches them off within its three milliseconds.
     assert!(wired.last().on && !wired.board.is_high(abbe_cosim::board::NOT_ENABLE));
     wired.board.run_without_core_1(600_000);
-    assert!(wired.board.is_high(abbe_cosim::board::NOT_ENABLE), "4.8 ms without a tick and the drives are on");
+    assert!(
+        wired.board.is_high(abbe_cosim::board::NOT_ENABLE),
+        "4.8 ms without a tick and the drives are on"
+    );
     assert!(wired.board.emitters_since().is_none());
     wired.board.run_to_next_tick(20).unwrap();
     wired.board.run_to_next_tick(20).unwrap();
@@ -249,5 +263,8 @@ fn a_tick_that_overruns_switches_off_and_says_so() {
         wired.board.run_to_next_tick(20).unwrap();
         lines.extend(wired.board.hear());
     }
-    assert!(lines.iter().any(|line| line.starts_with("fault ") && line.contains("fault tick overrun")), "{lines:?}");
+    assert!(
+        lines.iter().any(|line| line.starts_with("fault ") && line.contains("fault tick overrun")),
+        "{lines:?}"
+    );
 }

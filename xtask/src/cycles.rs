@@ -1,0 +1,118 @@
+//! `cargo xtask cycles`: what a tick costs a Cortex-M0+, stage by stage, against the budget of
+//! `crates/cosim/src/golden/budget.rs`.
+
+use std::fmt::Write as _;
+
+use anyhow::{Context, Result, ensure};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use crate::stage::{Outcome, Setting};
+use crate::{compiler, golden};
+
+/// Form of the report.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Form {
+    Table,
+    Json,
+}
+
+/// A row of the budget over all golden traces, cycles.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Cost {
+    pub(crate) name: String,
+    pub(crate) median: u32,
+    pub(crate) p99: u32,
+    pub(crate) worst: u32,
+    pub(crate) budget: Option<u32>,
+    /// Where the worst is.
+    pub(crate) scenario: String,
+    pub(crate) tick: usize,
+}
+
+/// The stage of `cargo xtask test`.
+pub(crate) fn check(setting: &Setting) -> Result<Outcome> {
+    let Some(costs) = measured(setting)? else { return Ok(golden::without_compiler(setting)) };
+    print!("{}", table(&costs));
+    Ok(Outcome::of_findings(over_budget(&costs)))
+}
+
+/// The chore; true when nothing is over its budget.
+///
+/// # Errors
+/// There is no compiler, or the traces cannot be replayed.
+pub(crate) fn run(setting: &Setting, form: Form) -> Result<bool> {
+    let costs = must_measure(setting)?;
+    let over = over_budget(&costs);
+    match form {
+        Form::Table => println!("{}{}", table(&costs), over.join("\n")),
+        Form::Json => {
+            println!("{:#}", json!({ "cycles": costs, "findings": over, "passed": over.is_empty() }));
+        }
+    }
+    Ok(over.is_empty())
+}
+
+/// The cost of every row of the budget.
+///
+/// # Errors
+/// There is no compiler, or the traces cannot be replayed.
+pub(crate) fn must_measure(setting: &Setting) -> Result<Vec<Cost>> {
+    let targets = golden::targets(setting);
+    measured(setting)?.with_context(|| {
+        format!("no compiler for {}; to install: {}", targets.join(", "), compiler::install_line(&targets))
+    })
+}
+
+fn measured(setting: &Setting) -> Result<Option<Vec<Cost>>> {
+    let Some(report) = golden::replays(setting)? else { return Ok(None) };
+    let costs: Vec<Cost> =
+        serde_json::from_value(report["cycles"].clone()).context("golden reports no cycles")?;
+    ensure!(!costs.is_empty(), "golden counted no cycles");
+    Ok(Some(costs))
+}
+
+fn over_budget(costs: &[Cost]) -> Vec<String> {
+    let sentence = |cost: &Cost| {
+        let budget = cost.budget.filter(|&budget| cost.worst > budget)?;
+        let Cost { name, worst, scenario, tick, .. } = cost;
+        Some(format!("{name}: {worst} cycles in tick {tick} of {scenario}, the budget is {budget}"))
+    };
+    costs.iter().filter_map(sentence).collect()
+}
+
+fn table(costs: &[Cost]) -> String {
+    let mut table =
+        format!("{:<16} {:>6} {:>6} {:>6} {:>6}  worst in\n", "stage", "median", "p99", "worst", "budget");
+    for cost in costs {
+        let Cost { name, median, p99, worst, scenario, tick, .. } = cost;
+        let budget = cost.budget.map_or("–".into(), |budget| budget.to_string());
+        _ = writeln!(
+            table,
+            "{name:<16} {median:>6} {p99:>6} {worst:>6} {budget:>6}  tick {tick} of {scenario}"
+        );
+    }
+    table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cost(worst: u32, budget: Option<u32>) -> Cost {
+        Cost { name: "plan".into(), median: 1, p99: 2, worst, budget, scenario: "stop".into(), tick: 7 }
+    }
+
+    #[test]
+    fn over_the_budget_is_told_with_scenario_and_tick() {
+        assert!(over_budget(&[cost(1500, Some(1500)), cost(9999, None)]).is_empty());
+        let told = over_budget(&[cost(1501, Some(1500))]);
+        assert_eq!(told, ["plan: 1501 cycles in tick 7 of stop, the budget is 1500"]);
+    }
+
+    #[test]
+    fn the_table_shows_where_the_worst_is_and_a_dash_without_a_budget() {
+        let table = table(&[cost(1, None)]);
+        assert!(table.contains("     1      –  tick 7 of stop\n"), "{table}");
+    }
+}
