@@ -16,7 +16,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("abbe-twin", &["abbe-core"]),
     ("abbe-metrology", &["abbe-core"]),
     ("abbe-mosaic", &["abbe-core"]),
-    ("abbe-cosim", &["abbe-core", "abbe-twin"]),
+    ("abbe-cosim", &["abbe-core", "abbe-proto", "abbe-twin"]),
     ("abbe", &["abbe-core", "abbe-proto", "abbe-twin", "abbe-metrology", "abbe-mosaic"]),
     ("xtask", &[]),
 ];

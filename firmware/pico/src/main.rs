@@ -57,13 +57,16 @@ fn main() -> ! {
     let queues = tick::Queues { commands, answers, wanted, plans };
     tick::Tick::new(Controller::new(config), front, queues).place();
     // SAFETY: this line is reached once, and the stack is named nowhere else.
-    let stack = unsafe { &mut *(&raw mut STACK) };
+    let stack = unsafe { (&raw mut STACK).as_mut() };
+    let Some(stack) = stack else { safety::last_resort() };
     spawn_core1(chip.CORE1, stack, || tick::run());
 
     serial::receive_into(received_in);
     let lines = serial::Queues { received, commands: commands_in, answers: answers_out };
     // SAFETY: this line is reached once, and the executor is named nowhere else.
-    let executor = unsafe { (*(&raw mut EXECUTOR)).insert(Executor::new()) };
+    let executor = unsafe { (&raw mut EXECUTOR).as_mut() };
+    let Some(place) = executor else { safety::last_resort() };
+    let executor = place.insert(Executor::new());
     executor.run(|spawner| {
         // Each is spawned once: there is a place for it.
         _ = watch(Watchdog::new(chip.WATCHDOG)).map(|task| spawner.spawn(task));
@@ -74,12 +77,12 @@ fn main() -> ! {
 
 #[task]
 async fn watch(watchdog: Watchdog) {
-    watch::watch_the_tick(watchdog).await
+    watch::watch_the_tick(watchdog).await;
 }
 
 #[task]
 async fn answer_lines(queues: serial::Queues) {
-    serial::answer_lines(queues).await
+    serial::answer_lines(queues).await;
 }
 
 #[task]
@@ -87,5 +90,5 @@ async fn plan_moves(
     wanted: heapless::spsc::Consumer<'static, abbe_core::background::MoveRequest<2>, { shared::PLACES }>,
     plans: heapless::spsc::Producer<'static, shared::Planned, { shared::PLACES }>,
 ) {
-    planner::plan_moves(wanted, plans).await
+    planner::plan_moves(wanted, plans).await;
 }

@@ -3,7 +3,7 @@
 use crate::design::{BAUD, CLOCK_HZ, POLL_US, RECEIVE_US, SAMPLES_PER_BIT};
 use crate::front::SERIAL_MACHINE;
 use crate::pio;
-use crate::shared::{BYTES, LAST_HEARD, PLACES, Received, STALLED, STATUS, TICKS, Taken};
+use crate::shared::{BYTES, LAST_HEARD, Note, PLACES, Received, STATUS, TICKS, Taken};
 use abbe_core::Command;
 use abbe_proto::plain::{Answer, Lines, Request, StatusLine, parse};
 use core::cell::UnsafeCell;
@@ -82,7 +82,7 @@ fn TIMER_IRQ_2() {
     let Some(queue) = (unsafe { &mut *RECEIVER.0.get() }) else { return };
     while let Some(word) = pio::take(pac::PIO1, SERIAL_MACHINE) {
         // Any bit below the byte says that its stop bit was missing.
-        let whole = word & 0x00ff_ffff == 0;
+        let whole = word.trailing_zeros() >= 24;
         let received = if whole { Received::Byte((word >> 24) as u8) } else { Received::Spoilt };
         // What nobody reads in time is lost; the line it belongs to will be found wrong.
         _ = queue.enqueue(received);
@@ -129,6 +129,9 @@ async fn answer(line: &[u8], queues: &mut Queues) {
         Ok(Some(Request::Status)) => send_status().await,
         Ok(Some(Request::Command(command))) => {
             let taken = ask(command, queues).await;
+            if command == Command::Reset {
+                Note::Nothing.say();
+            }
             send(&Answer::Command(taken, &command)).await;
         }
         Err(mistake) => send(&Answer::Mistake(mistake)).await,
@@ -156,8 +159,7 @@ async fn send_status() {
             None => Timer::after_micros(POLL_US).await,
         }
     };
-    let board =
-        if STALLED.load(Ordering::Relaxed) { "the tick stalled; the drives were switched off" } else { "" };
+    let board = Note::being_said();
     send(&Answer::Status(StatusLine { status: &status, board })).await;
 }
 

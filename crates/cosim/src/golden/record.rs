@@ -1,0 +1,189 @@
+//! Writes a golden trace: a script played on the twin, with everything unkind in it left on.
+
+use std::fs;
+use std::path::Path;
+
+use abbe_core::compensate::ErrorMap;
+use abbe_core::design::StageSettings;
+use abbe_core::{Accepted, Command, Controller, Outputs, Pos, Refusal, Status, background};
+use abbe_proto::record::{Encoder, Event, Sink};
+use abbe_twin::script::{self, Player, Stage};
+use abbe_twin::{Plant, Twin};
+use anyhow::{Context, Result, anyhow, ensure};
+use serde::Deserialize;
+
+use super::{Expected, Scenario};
+
+/// Reading of a map's first node: before the lowest place an axis can be.
+const MAP_FROM_MM: f64 = -5.0;
+
+/// What `stage.toml` says. The controller is always the default one: the images know no other.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StageFile {
+    /// Where the slides stand at power-on, mm.
+    at_mm: [f64; 2],
+    #[serde(default = "first_seed")]
+    seed: u64,
+    /// For each axis the polynomial of its error map in the reading, µm over mm, constant first; none means no map.
+    #[serde(default)]
+    map: [Vec<f64>; 2],
+    /// What differs from the preset, if anything.
+    plant: Option<toml::Value>,
+}
+
+const fn first_seed() -> u64 {
+    1
+}
+
+/// Plays the script of a scenario and writes its trace and what it must end in.
+///
+/// # Errors
+/// The script or the stage is wrong, an expectation of the script is not met, or a file cannot be written.
+pub fn record(root: &Path, scenario: &Scenario) -> Result<Expected> {
+    let (trace, expected) = play(root, scenario).with_context(|| format!("scenario {}", scenario.name))?;
+    fs::write(scenario.folder.join("trace.rec"), trace)?;
+    fs::write(scenario.folder.join("expected.toml"), expected.to_string())?;
+    Ok(expected)
+}
+
+fn play(root: &Path, scenario: &Scenario) -> Result<(Vec<u8>, Expected)> {
+    let lines =
+        script::parse(&scenario.text("script.txt")?).map_err(|error| anyhow!("script.txt, {error}"))?;
+    let mut stage = Recorded::new(root, &scenario.text("stage.toml")?)?;
+    let mut player = Player::new(&mut stage);
+    for line in &lines {
+        player.step(&line.step).map_err(|error| anyhow!("script.txt, line {}: {error}", line.number))?;
+    }
+    let Recorded { encoder, ticks, .. } = stage;
+    let expected = Expected { ticks, hash: encoder.hash().value() };
+    let Ok(blocks) = encoder.finish();
+    Ok((blocks.0, expected))
+}
+
+/// The blocks of a recording.
+#[derive(Debug, Default)]
+struct Blocks(Vec<u8>);
+
+impl Sink for Blocks {
+    type Error = std::convert::Infallible;
+
+    fn block(&mut self, block: &[u8]) -> Result<(), Self::Error> {
+        self.0.extend_from_slice(block);
+        Ok(())
+    }
+}
+
+/// A controller and a twin, and everything that happens to the controller written down.
+struct Recorded {
+    controller: Controller<2>,
+    twin: Twin,
+    outputs: Outputs<2>,
+    tick_hz: f64,
+    encoder: Encoder<2, Blocks>,
+    ticks: u32,
+}
+
+impl Recorded {
+    fn new(root: &Path, stage: &str) -> Result<Self> {
+        let stage: StageFile = toml::from_str(stage).context("stage.toml")?;
+        let settings = StageSettings::<2>::default();
+        let mut recorded = Self {
+            controller: Controller::new(settings.build().map_err(|error| anyhow!("{error}"))?),
+            twin: Twin::standing_at(
+                &plant(root, stage.plant.as_ref())?,
+                settings.tick_hz,
+                stage.seed,
+                stage.at_mm,
+            ),
+            outputs: Outputs::OFF,
+            tick_hz: settings.tick_hz,
+            encoder: Encoder::new(Blocks::default()),
+            ticks: 0,
+        };
+        let Ok(()) = recorded.tick();
+        for (axis, polynomial) in
+            stage.map.iter().enumerate().filter(|(_, polynomial)| !polynomial.is_empty())
+        {
+            recorded.compensate(axis, polynomial)?;
+        }
+        Ok(recorded)
+    }
+
+    fn write(&mut self, event: &Event<'_, 2>) {
+        let Ok(()) = self.encoder.event(event);
+    }
+
+    fn compensate(&mut self, axis: usize, polynomial: &[f64]) -> Result<()> {
+        let error_um = |mm: f64| polynomial.iter().rev().fold(0.0, |sum, coefficient| sum * mm + coefficient);
+        let map = ErrorMap::sample(Pos::from_mm(MAP_FROM_MM), |reading| Pos::from_um(error_um(reading.mm())))
+            .map_err(|error| anyhow!("stage.toml, map of axis {axis}: {error}"))?;
+        self.write(&Event::Map { axis, map: Some(&map) });
+        self.controller.set_error_map(axis, Some(map)).map_err(|refusal| anyhow!("{refusal}"))
+    }
+}
+
+/// The preset's truth, with what the scenario has of its own.
+fn plant(root: &Path, own: Option<&toml::Value>) -> Result<Plant> {
+    let file = root.join("presets").join("microscope-100.toml");
+    let text = fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+    let mut preset: toml::Table = toml::from_str(&text)?;
+    for (name, own) in own.and_then(toml::Value::as_table).into_iter().flatten() {
+        let axis = preset.get_mut("plant").and_then(|plant| plant.get_mut(name));
+        merge(axis.with_context(|| no_such_key(name))?, own)?;
+    }
+    Ok(Plant::read("microscope-100", &toml::to_string(&preset)?)?)
+}
+
+fn merge(into: &mut toml::Value, from: &toml::Value) -> Result<()> {
+    let (toml::Value::Table(into), toml::Value::Table(from)) = (&mut *into, from) else {
+        ensure!(into.same_type(from), "stage.toml: {from} is of another type than {into}");
+        *into = from.clone();
+        return Ok(());
+    };
+    for (key, value) in from {
+        merge(into.get_mut(key).with_context(|| no_such_key(key))?, value)?;
+    }
+    Ok(())
+}
+
+fn no_such_key(key: &str) -> String {
+    format!("stage.toml: the preset has no key {key}")
+}
+
+impl Stage for Recorded {
+    type Error = std::convert::Infallible;
+
+    fn tick(&mut self) -> Result<(), Self::Error> {
+        let inputs = self.twin.step(&self.outputs);
+        self.write(&Event::Tick(inputs));
+        self.outputs = self.controller.tick(&inputs);
+        let Ok(()) = self.encoder.outputs(&self.outputs);
+        self.ticks += 1;
+        if let Some(plan) = background::advance(&mut self.controller) {
+            self.write(&plan.into());
+        }
+        Ok(())
+    }
+
+    fn command(&mut self, command: Command<2>) -> Result<Accepted, Refusal> {
+        self.write(&Event::Command(command));
+        self.controller.command(command)
+    }
+
+    fn status(&self) -> Status<2> {
+        self.controller.status()
+    }
+
+    fn tick_hz(&self) -> f64 {
+        self.tick_hz
+    }
+
+    fn twin(&self) -> &Twin {
+        &self.twin
+    }
+
+    fn twin_mut(&mut self) -> &mut Twin {
+        &mut self.twin
+    }
+}
