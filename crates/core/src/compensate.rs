@@ -10,8 +10,10 @@ use core::fmt;
 
 /// log₂ of the distance of two nodes in picometres: 0.537 mm.
 const INTERVAL_BITS: u32 = 29;
+/// log₂ of the number of nodes.
+const NODE_BITS: u32 = 8;
 /// Number of nodes; they span 136.9 mm.
-pub const NODES: usize = 256;
+pub const NODES: usize = 1 << NODE_BITS;
 /// Largest error a map may hold: 1 mm.
 pub const LARGEST: Pos = Pos::from_pm(1_000_000_000);
 /// Largest difference of neighbouring nodes: 5 % of their distance.
@@ -100,8 +102,11 @@ impl ErrorMap {
     #[inline]
     fn error_and_rise(&self, reading: Pos) -> (i64, i32) {
         let along = reading.way_from(self.low);
-        // Fewer intervals than a byte counts; what does not fit one lies beyond the ends.
-        let interval = u8::try_from(along >> INTERVAL_BITS).map_or(NODES, usize::from);
+        // Without a sign, so that what lies below the first node is beyond the last.
+        let intervals = along.cast_unsigned() >> INTERVAL_BITS;
+        let (0, interval) = (intervals >> NODE_BITS, intervals as usize) else {
+            return (self.error_beyond(along), 0);
+        };
         let (Some(&left), Some(&right)) =
             (self.nodes.get(interval), self.nodes.get(interval.wrapping_add(1)))
         else {
@@ -121,7 +126,8 @@ impl ErrorMap {
 
     /// The place of the table at the reading `c`.
     pub fn stage_from_scale(&self, reading: Pos) -> Pos {
-        reading + self.error_at(reading)
+        let (error, _) = self.error_and_rise(reading);
+        Pos::from_pm(reading.pm().wrapping_add(error))
     }
 
     /// The reading at which the table is at `place`, to a picometre or two.

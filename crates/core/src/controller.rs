@@ -5,7 +5,7 @@ use crate::command::{Accepted, Command, Refusal};
 use crate::compensate::ErrorMap;
 use crate::design::{AxisConfig, Config, GLIDE_BITS};
 use crate::drive::StepDrive;
-use crate::edge::{Inputs, Outputs};
+use crate::edge::{AxisInputs, AxisOutputs, Inputs, Outputs};
 use crate::guard::{self, Guard, Watch};
 use crate::machine::homing::Homing;
 use crate::machine::{Event, State, Stop, transition};
@@ -85,7 +85,9 @@ pub struct Controller<const N: usize> {
     last_move: Option<MoveReport>,
     move_number: u32,
     last_tick: Option<u32>,
-    status: Status<N>,
+    /// What the last tick has published of each axis.
+    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
+    published: [AxisStatus; N],
 }
 
 impl<const N: usize> Controller<N> {
@@ -102,14 +104,7 @@ impl<const N: usize> Controller<N> {
             last_move: None,
             move_number: 0,
             last_tick: None,
-            status: Status {
-                tick: 0,
-                state: State::Off,
-                fault: None,
-                move_number: 0,
-                last_move: None,
-                axes: [AxisStatus::default(); N],
-            },
+            published: [AxisStatus::default(); N],
         }
     }
 
@@ -133,7 +128,7 @@ impl<const N: usize> Controller<N> {
         self.compensate(&stage);
         let speeds = self.servo();
         let outputs = self.drive(&speeds);
-        self.publish(inputs.tick);
+        self.publish();
         outputs
     }
 
@@ -163,12 +158,19 @@ impl<const N: usize> Controller<N> {
 
     /// The snapshot of the last tick, a copy; never touches the loop.
     ///
-    /// State, fault and move number are those of this instant, so that a command is seen at once; all else is as the last
-    /// tick left it. Positions are picometres: `position`, `set_point` and `target` in the stage frame, `reading` and
+    /// State, fault, move number and last move are those of this instant, so that a command is seen at once; all else is as
+    /// the last tick left it. Positions are picometres: `position`, `set_point` and `target` in the stage frame, `reading` and
     /// `following_error` (set-point minus reading) in that of the scale. Before homing a position is a distance from where
     /// the stage stood at power-on; `homed` tells.
     pub fn status(&self) -> Status<N> {
-        Status { state: self.state, fault: self.fault, move_number: self.move_number, ..self.status }
+        Status {
+            tick: self.last_tick.unwrap_or(0),
+            state: self.state,
+            fault: self.fault,
+            move_number: self.move_number,
+            last_move: self.last_move,
+            axes: self.published,
+        }
     }
 
     /// Limits, window and rates in use.
@@ -234,8 +236,9 @@ impl<const N: usize> Controller<N> {
     fn sense(&mut self, inputs: &Inputs<N>) {
         for (axis, inputs) in self.axes.iter_mut().zip(&inputs.axes) {
             axis.sense.read(inputs, axis.config.sense);
-            axis.illegal = axis.illegal.wrapping_add(u32::from(axis.sense.now.illegal));
-            axis.glitches = axis.glitches.wrapping_add(u32::from(axis.sense.now.glitches));
+            if inputs.illegal != 0 || inputs.glitches != 0 {
+                axis.count_disturbances(inputs);
+            }
         }
     }
 
@@ -536,26 +539,21 @@ impl<const N: usize> Controller<N> {
 
     #[inline(never)]
     fn drive(&mut self, speeds: &[i64; N]) -> Outputs<N> {
-        let mut outputs = Outputs::OFF;
         let on = self.state.is_on();
-        for ((output, axis), &speed) in outputs.axes.iter_mut().zip(&mut self.axes).zip(speeds) {
+        let mut axes = [AxisOutputs::OFF; N];
+        for ((output, axis), &speed) in axes.iter_mut().zip(&mut self.axes).zip(speeds) {
             *output = if on { axis.drive.on(speed, &axis.config.drive) } else { axis.drive.off() };
         }
-        outputs
+        // Not taken from `OFF`: that would be copied from the flash, byte by byte.
+        Outputs { axes, compare: None, trigger: false, key_row: 0, display: 0, lamp: false }
     }
 
     // ---- publish -----------------------------------------------------------------------------------------------
 
     #[inline(never)]
-    fn publish(&mut self, tick: u32) {
-        let status = &mut self.status;
-        status.tick = tick;
-        status.state = self.state;
-        status.fault = self.fault;
-        status.move_number = self.move_number;
-        status.last_move = self.last_move;
+    fn publish(&mut self) {
         let places = self.target.iter().zip(self.path.places());
-        for ((status, axis), (&target, &set_point)) in status.axes.iter_mut().zip(&self.axes).zip(places) {
+        for ((status, axis), (&target, &set_point)) in self.published.iter_mut().zip(&self.axes).zip(places) {
             axis.publish(status, target, set_point);
         }
     }
@@ -582,6 +580,12 @@ impl Axis {
         }
     }
 
+    #[cold]
+    fn count_disturbances(&mut self, inputs: &AxisInputs) {
+        self.illegal = self.illegal.wrapping_add(u32::from(inputs.illegal));
+        self.glitches = self.glitches.wrapping_add(u32::from(inputs.glitches));
+    }
+
     fn begin_homing(&mut self, was_on: bool) {
         if !was_on {
             self.set_point = self.sense.now.position;
@@ -592,7 +596,7 @@ impl Axis {
     }
 
     fn guard(&mut self, number: usize, on: bool, homing: bool) -> Option<Fault> {
-        let watch = Watch { set_point: self.set_point, travel: self.travel, on, homing, homed: self.homed };
+        let watch = Watch { set_point: self.set_point, travel: &self.travel, on, homing, homed: self.homed };
         let found = self.guard.judge(number, &self.sense.now, &watch, &self.config.guard);
         if found.is_some() || self.sense.now.illegal > 0 {
             self.doubt_the_zero(found, on);

@@ -3,11 +3,11 @@
 use crate::edge::{Actuation, AxisOutputs, StepRate};
 use crate::servo::SPEED_BITS;
 
-/// Limits of a step drive; rates are step pulses a tick with 16 fractional bits.
+/// Limits of a step drive; rates are step pulses a tick with 16 fractional bits, from 0 on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Config {
-    /// Largest rate.
+    /// Largest rate; below 2³⁰, which is far more than can be emitted.
     pub fastest: i32,
     /// Largest change of rate in a tick: a stepper that is asked for more loses steps.
     pub change: i32,
@@ -20,9 +20,9 @@ pub struct StepDrive {
     rate: i32,
 }
 
-/// A value within ± `limit`. Unlike `clamp` it has no case that panics.
+/// A value within ± `limit`, which is 0 or more. Unlike `clamp` it has no case that panics.
 fn within(value: i32, limit: i32) -> i32 {
-    value.max(limit.saturating_neg()).min(limit)
+    value.max(limit.wrapping_neg()).min(limit)
 }
 
 impl StepDrive {
@@ -30,8 +30,9 @@ impl StepDrive {
     pub fn on(&mut self, speed: i64, config: &Config) -> AxisOutputs {
         // Of 48 fractional bits 16 are left: the upper half.
         let wanted = within((speed >> (SPEED_BITS - 16)) as i32, config.fastest);
-        let change = within(wanted.saturating_sub(self.rate), config.change);
-        self.rate = self.rate.saturating_add(change);
+        // Two rates below 2³⁰ and what lies between them cannot wrap.
+        let change = within(wanted.wrapping_sub(self.rate), config.change);
+        self.rate = self.rate.wrapping_add(change);
         AxisOutputs { actuation: Actuation::Steps(StepRate(self.rate)), piezo: 0, enable: true }
     }
 

@@ -59,12 +59,12 @@ impl Travel {
 
 /// What the guard must know of an axis besides its sensors.
 #[derive(Clone, Copy, Debug)]
-pub struct Watch {
+pub struct Watch<'a> {
     /// Set-point of the last tick, scale frame.
     pub set_point: Pos,
     /// Readings at which the table is at the lowest and at the highest place it may be while homed; outside of them
     /// the stage brakes.
-    pub travel: [Pos; 2],
+    pub travel: &'a [Pos; 2],
     /// The drive is on.
     pub on: bool,
     /// Switches and the zero are being looked for: travel limits do not hold yet.
@@ -93,7 +93,13 @@ pub struct Guard {
 impl Guard {
     /// Judges one axis; the first trip found is returned. The place of a soft limit is the reading.
     #[inline]
-    pub fn judge(&mut self, axis: usize, sensed: &Sensed, watch: &Watch, config: &Config) -> Option<Fault> {
+    pub fn judge(
+        &mut self,
+        axis: usize,
+        sensed: &Sensed,
+        watch: &Watch<'_>,
+        config: &Config,
+    ) -> Option<Fault> {
         let illegal = self.count_illegal(sensed);
         if sensed.drive_fault {
             return Some(Fault::DriveFault { axis });
@@ -156,7 +162,7 @@ impl Guard {
         self.last_pulses = sensed.pulses;
     }
 
-    fn travel(&mut self, axis: usize, sensed: &Sensed, watch: &Watch) -> Option<Fault> {
+    fn travel(&mut self, axis: usize, sensed: &Sensed, watch: &Watch<'_>) -> Option<Fault> {
         let at = |end| Some(Fault::LimitSwitch { axis, end });
         let came_from_high = watch.homing && !self.left_high;
         self.left_high = watch.homing && (self.left_high || !sensed.limit_high);
@@ -172,7 +178,7 @@ impl Guard {
         }
         let position = sensed.position;
         let [low, high] = watch.travel;
-        let outside = position < low || position > high;
+        let outside = position < *low || position > *high;
         (watch.homed && outside).then_some(Fault::SoftLimit { axis, position })
     }
 }
@@ -207,10 +213,11 @@ mod tests {
         illegal_transitions: 8,
     };
     const TRAVEL: [Pos; 2] = [Pos::from_pm(-900_000_000), Pos::from_pm(100_900_000_000)];
-    const WATCH: Watch = Watch { set_point: Pos::ZERO, travel: TRAVEL, on: true, homing: false, homed: true };
+    const WATCH: Watch<'static> =
+        Watch { set_point: Pos::ZERO, travel: &TRAVEL, on: true, homing: false, homed: true };
 
     /// The first trip of an axis that shows this tick after tick.
-    fn trip(ticks: i32, sensed: impl Fn(i32) -> Sensed, watch: &Watch) -> Option<Fault> {
+    fn trip(ticks: i32, sensed: impl Fn(i32) -> Sensed, watch: &Watch<'_>) -> Option<Fault> {
         let mut guard = Guard::default();
         (0..ticks).find_map(|tick| guard.judge(0, &sensed(tick), watch, &CONFIG))
     }

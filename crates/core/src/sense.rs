@@ -59,9 +59,11 @@ impl Sense {
     #[inline]
     pub fn read(&mut self, inputs: &AxisInputs, config: Config) {
         self.extend(inputs.counter, config);
-        let index = inputs.index.map(|latched| self.extended(latched, inputs.counter));
+        self.now.index = None;
+        if let Some(latched) = inputs.index {
+            self.take_mark(latched, inputs.counter);
+        }
         let now = &mut self.now;
-        now.index = index;
         now.illegal = inputs.illegal;
         now.glitches = inputs.glitches;
         now.pulses = inputs.pulses;
@@ -86,16 +88,18 @@ impl Sense {
         let now = &mut self.now;
         now.moved = moved;
         if moved != 0 {
-            // 2³¹ counts in every tick would take five days to fill 64 bits.
+            // 2³¹ counts in every tick would take five days to fill 64 bits; no stage goes 9.2 km.
             now.raw = Counts::new(now.raw.get().wrapping_add(i64::from(moved)));
             let way = wide::mul_i32(moved, config.count_pm);
-            now.position = Pos::from_pm(now.position.pm().saturating_add(way));
+            now.position = Pos::from_pm(now.position.pm().wrapping_add(way));
         }
     }
 
     /// A latched counter value lies less than 2³¹ counts from the counter itself.
-    fn extended(&self, latched: u32, counter: u32) -> Counts {
-        self.now.raw + Counts::new(i64::from(latched.wrapping_sub(counter).cast_signed()))
+    #[cold]
+    fn take_mark(&mut self, latched: u32, counter: u32) {
+        let behind = i64::from(latched.wrapping_sub(counter).cast_signed());
+        self.now.index = Some(self.now.raw + Counts::new(behind));
     }
 }
 

@@ -6,6 +6,7 @@
 use crate::publish::HomingFailure;
 use crate::sense::Sensed;
 use crate::units::{Counts, Pos};
+use crate::wide;
 
 /// How an axis homes. Speeds are picometres a tick with 16 fractional bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,7 +85,7 @@ impl Homing {
     /// # Errors
     /// When the switch or the mark is not found within its distance.
     pub fn tick(&mut self, sensed: &Sensed, config: &Config) -> Result<i64, HomingFailure> {
-        let gone = Pos::from_pm(sensed.position.way_from(self.began)).abs();
+        let gone = sensed.position.way_from(self.began);
         match self.phase {
             Phase::SeekFast if sensed.limit_low => self.enter(Phase::BackOff, sensed, config),
             Phase::BackOff => self.back_off(sensed, config, gone)?,
@@ -93,7 +94,7 @@ impl Homing {
                 self.enter(Phase::SeekIndex, sensed, config);
             }
             Phase::SeekIndex => self.seek_index(sensed, config, gone)?,
-            Phase::SeekFast | Phase::SeekSlow if gone > config.search => {
+            Phase::SeekFast | Phase::SeekSlow if is_beyond(gone, config.search) => {
                 return Err(HomingFailure::SwitchNotFound);
             }
             _ => {}
@@ -101,10 +102,10 @@ impl Homing {
         Ok(self.speed)
     }
 
-    fn back_off(&mut self, sensed: &Sensed, config: &Config, gone: Pos) -> Result<(), HomingFailure> {
+    fn back_off(&mut self, sensed: &Sensed, config: &Config, gone: i64) -> Result<(), HomingFailure> {
         if sensed.limit_low {
             self.released = sensed.position;
-            if gone > config.search {
+            if is_beyond(gone, config.search) {
                 return Err(HomingFailure::SwitchStuck);
             }
         } else if sensed.position - self.released > config.back_off {
@@ -113,11 +114,11 @@ impl Homing {
         Ok(())
     }
 
-    fn seek_index(&mut self, sensed: &Sensed, config: &Config, gone: Pos) -> Result<(), HomingFailure> {
+    fn seek_index(&mut self, sensed: &Sensed, config: &Config, gone: i64) -> Result<(), HomingFailure> {
         if let Some(index) = sensed.index {
             self.found.zero = index + config.zero_from_index;
             self.enter(Phase::Done, sensed, config);
-        } else if gone > config.index_search {
+        } else if is_beyond(gone, config.index_search) {
             return Err(HomingFailure::IndexNotFound);
         }
         Ok(())
@@ -135,6 +136,11 @@ impl Homing {
             Phase::Done => 0,
         };
     }
+}
+
+/// Whether a way of so many picometres is longer than a distance, in either direction.
+fn is_beyond(way: i64, distance: Pos) -> bool {
+    !wide::is_within(way, distance.pm())
 }
 
 #[cfg(test)]
