@@ -169,6 +169,7 @@ fn homing_and_a_move_are_those_of_the_twin_alone_tick_by_tick() {
     for (place, asked) in wired.twin.truth().table_um.iter().zip([350.0, 125.0]) {
         assert!((place - asked).abs() < 5.0, "{place} µm");
     }
+    println!("longest tick {} µs of 100, from when it was due to its end", wired.last().longest_us);
     assert!(wired.last().longest_us < 100 && wired.last().missed == 0, "{:?}", wired.last());
 }
 

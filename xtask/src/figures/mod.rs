@@ -28,6 +28,12 @@ pub(crate) enum Topic {
     Homing,
     /// How fast the simulated stage runs.
     Twin,
+    /// How fast the board's PIO programs are exact.
+    Pio,
+    /// What the images for boards use.
+    Firmware,
+    /// The Pico's image wired to the twin, over the preset's whole way to the reference mark.
+    Cosim,
 }
 
 const SEEDS: std::ops::RangeInclusive<u32> = 1..=6;
@@ -112,6 +118,9 @@ impl Topic {
             Self::Demo => "demo",
             Self::Homing => "homing",
             Self::Twin => "twin",
+            Self::Pio => "pio",
+            Self::Firmware => "firmware",
+            Self::Cosim => "cosim",
         }
     }
 
@@ -120,6 +129,9 @@ impl Topic {
             Self::Demo => demo(root),
             Self::Homing => homing(root),
             Self::Twin => twin(root),
+            Self::Pio => pio(root),
+            Self::Firmware => images(root),
+            Self::Cosim => cosim(root),
         }
     }
 }
@@ -179,6 +191,49 @@ fn twin(root: &Path) -> Result<String> {
     let lines = stdout_of(&mut command)?;
     ensure!(!lines.trim().is_empty(), "the speed example printed nothing");
     Ok(format!("```text\n{}\n```", lines.trim_end()))
+}
+
+/// The tables that the example prints.
+fn pio(root: &Path) -> Result<String> {
+    let mut command = cargo(root);
+    command.args(["run", "--quiet", "--release", "-p", "abbe-cosim", "--example", "pio_rates"]);
+    let tables = stdout_of(&mut command)?;
+    ensure!(tables.contains('|'), "the example printed no table");
+    Ok(tables)
+}
+
+/// What `cargo xtask firmware` prints, without the routines that cost much.
+fn images(root: &Path) -> Result<String> {
+    let mut command = cargo(root);
+    command.args(["run", "--quiet", "--release", "-p", "xtask", "--", "firmware"]);
+    as_printed(&stdout_of(&mut command)?, |line| !line.contains("costly") && !line.starts_with("compiling"))
+}
+
+/// What the comparison with the twin alone prints.
+fn cosim(root: &Path) -> Result<String> {
+    let mut command = cargo(root);
+    command.args([
+        "test",
+        "--quiet",
+        "--release",
+        "-p",
+        "abbe-cosim",
+        "--features",
+        "images",
+        "--test",
+        "pico",
+    ]);
+    command.args(["--", "--nocapture", "homing"]).env("ABBE_COSIM", "long");
+    as_printed(&stdout_of(&mut command)?, |line| {
+        line.contains("ticks compared") || line.contains("longest tick")
+    })
+}
+
+/// The lines of a program that are wanted, as it printed them.
+fn as_printed(text: &str, wanted: impl Fn(&str) -> bool) -> Result<String> {
+    let lines: Vec<&str> = text.lines().filter(|line| wanted(line)).collect();
+    ensure!(lines.iter().any(|line| !line.trim().is_empty()), "nothing was printed");
+    Ok(format!("```text\n{}\n```", lines.join("\n").trim()))
 }
 
 /// A Markdown table: a row for each figure, a column for each summary.
