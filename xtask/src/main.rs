@@ -3,6 +3,7 @@
 mod arrows;
 mod commands;
 mod compiler;
+mod cosim;
 mod cycles;
 mod demo;
 mod figures;

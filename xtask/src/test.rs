@@ -6,7 +6,7 @@ use anyhow::Result;
 
 use crate::commands::cargo_stage;
 use crate::stage::{Outcome, Setting, Stage};
-use crate::{arrows, cycles, demo, firmware, gate, golden, licences, links};
+use crate::{arrows, cosim, cycles, demo, firmware, gate, golden, licences, links};
 
 /// Cheap checks first; none stops the ones after it, because one run should show everything that is wrong.
 const STAGES: &[Stage] = &[
@@ -20,6 +20,7 @@ const STAGES: &[Stage] = &[
     Stage { name: "firmware", run: firmware::check },
     Stage { name: "golden traces", run: golden::check },
     Stage { name: "cycles", run: cycles::check },
+    Stage { name: "co-simulation", run: cosim::check },
     Stage { name: "licences", run: licences::check },
 ];
 

@@ -20,9 +20,9 @@ pub(crate) struct Cli {
     /// Print one JSON document to stdout and nothing else there.
     #[arg(long, global = true)]
     pub(crate) json: bool,
-    /// Stage: a built-in preset or a TOML file.
-    #[arg(long, global = true, default_value = "microscope-100", value_name = "NAME|FILE")]
-    pub(crate) preset: String,
+    /// Stage: a built-in preset or a TOML file [default: microscope-100].
+    #[arg(long, global = true, value_name = "NAME|FILE")]
+    pub(crate) preset: Option<String>,
     /// Seed of everything random in the twin. The same seed gives the same run.
     #[arg(long, global = true, default_value_t = 1, value_name = "N", allow_negative_numbers = true)]
     pub(crate) seed: u64,
@@ -49,6 +49,10 @@ pub(crate) enum Command {
     Scan(Scan),
     /// Join tiles into one picture.
     Stitch(Stitch),
+    /// Record a run: power on, home, move, and everything the controller saw on the way.
+    Record(Record),
+    /// Replay a recording, prove it bit for bit, and look into it.
+    Replay(Replay),
 }
 
 /// Where the stage comes from.
@@ -239,6 +243,51 @@ pub(crate) struct Stitch {
     /// Leave vignetting and exposure as they are.
     #[arg(long)]
     pub(crate) keep_shading: bool,
+}
+
+/// `abbe record FILE`.
+#[derive(Args, Debug)]
+pub(crate) struct Record {
+    /// Recording to write (.abr).
+    #[arg(value_name = "FILE")]
+    pub(crate) file: PathBuf,
+    #[command(flatten)]
+    pub(crate) source: Source,
+    /// Target to go to after homing, mm; once for each move. Without it a square of 5 mm.
+    #[arg(long = "move", num_args = 2, value_names = ["X", "Y"], value_parser = place, allow_hyphen_values = true)]
+    pub(crate) moves: Vec<f64>,
+    /// Play a script instead, in the words of tests/scenarios; it homes itself.
+    #[arg(long, value_name = "SCRIPT", conflicts_with = "moves")]
+    pub(crate) script: Option<PathBuf>,
+    /// Replace a file that exists.
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+/// `abbe replay FILE`.
+#[derive(Args, Debug)]
+pub(crate) struct Replay {
+    /// Recording to replay (.abr): of `abbe record`, or written when a stage stopped with a fault.
+    #[arg(value_name = "FILE")]
+    pub(crate) file: PathBuf,
+    /// Show from here on, s from power-on. All is replayed and proven anyway.
+    #[arg(long, value_name = "S", value_parser = number, allow_hyphen_values = true)]
+    pub(crate) from: Option<f64>,
+    /// Show up to here, s from power-on.
+    #[arg(long, value_name = "S", value_parser = number, allow_hyphen_values = true)]
+    pub(crate) to: Option<f64>,
+    /// Print a row every N ticks.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true)]
+    pub(crate) step: Option<u32>,
+    /// Draw place, following error, step rate and state: OUT.svg, or OUT.html for a page.
+    #[arg(long, value_name = "OUT")]
+    pub(crate) plot: Option<PathBuf>,
+    /// Write the rows to a file: every tick, or every N with --step.
+    #[arg(long, value_name = "OUT.csv")]
+    pub(crate) csv: Option<PathBuf>,
+    /// Replace files that exist.
+    #[arg(long)]
+    pub(crate) force: bool,
 }
 
 /// The most a stage could be asked to travel, mm: beyond, a unit was mistaken.

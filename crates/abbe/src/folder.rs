@@ -52,16 +52,16 @@ pub(crate) fn prepare(option: &str, dir: &Path, force: bool) -> Result<Ready, Fa
         .map_err(|error| Failure::work(format!("{option} {shown}: the folder cannot be written: {error}")))
 }
 
-/// Makes the place of a file that `--out` names ready: it must be new without `force`, its folder is made if need be.
-pub(crate) fn prepare_file(file: &Path, force: bool) -> Result<Ready, Failure> {
-    keep_file(file, force)?;
+/// Makes the place of a file that `option` names ready: it must be new without `force`, its folder is made if need be.
+pub(crate) fn prepare_file(option: &str, file: &Path, force: bool) -> Result<Ready, Failure> {
+    keep_file(option, file, force)?;
     let dir = match file.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
     make(dir).map_err(|error| {
         Failure::work(format!(
-            "--out {}: the folder {} cannot be written: {error}",
+            "{option} {}: the folder {} cannot be written: {error}",
             file.display(),
             dir.display()
         ))
@@ -69,14 +69,14 @@ pub(crate) fn prepare_file(file: &Path, force: bool) -> Result<Ready, Failure> {
 }
 
 /// Refuses a file that exists without `force`, and a folder always.
-pub(crate) fn keep_file(file: &Path, force: bool) -> Result<(), Failure> {
+pub(crate) fn keep_file(option: &str, file: &Path, force: bool) -> Result<(), Failure> {
     let shown = file.display();
     if file.is_dir() || file.file_name().is_none() {
-        return Err(Failure::usage(format!("--out {shown}: this is a folder, not a file; name a file")));
+        return Err(Failure::usage(format!("{option} {shown}: this is a folder, not a file; name a file")));
     }
     if file.exists() && !force {
         return Err(Failure::usage(format!(
-            "{shown}: the file exists; choose another --out or add --force to replace it"
+            "{shown}: the file exists; choose another {option} or add --force to replace it"
         )));
     }
     Ok(())
@@ -98,23 +98,45 @@ fn make(dir: &Path) -> io::Result<Ready> {
 
 /// Makes a new folder `abbe-demo-N` here, with the lowest N that is free.
 pub(crate) fn next_demo() -> Result<Ready, Failure> {
-    for number in 1..100_000 {
+    let made = next_free(|number| {
         let dir = PathBuf::from(format!("abbe-demo-{number}"));
-        match fs::create_dir(&dir) {
-            Ok(()) => {
-                interrupt::results_go_to(&dir);
-                return Ok(Ready { made: Some(dir.clone()), dir });
-            }
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
-            Err(error) => {
-                return Err(Failure::work(format!(
-                    "a folder {} cannot be made here: {error}; use --out DIR",
-                    dir.display()
-                )));
-            }
+        fs::create_dir(&dir).map(|()| dir)
+    });
+    let dir = made.map_err(|error| {
+        Failure::work(format!("a folder abbe-demo-N cannot be made here: {error}; use --out DIR"))
+    })?;
+    interrupt::results_go_to(&dir);
+    Ok(Ready { made: Some(dir.clone()), dir })
+}
+
+/// Writes a flight recording into a new file `abbe-flight-N.abr`, with the lowest N that is free.
+pub(crate) fn write_next_flight(dir: &Path, bytes: &[u8]) -> Result<PathBuf, Failure> {
+    // The empty file holds the name until the whole one takes its place.
+    let held = next_free(|number| {
+        let file = dir.join(format!("abbe-flight-{number}.abr"));
+        fs::File::create_new(&file).map(|_| file)
+    });
+    let file = held.map_err(|error| {
+        Failure::work(format!("{}: abbe-flight-N.abr cannot be written there: {error}", dir.display()))
+    })?;
+    match write_whole(&file, bytes) {
+        Ok(()) => Ok(file),
+        Err(failure) => {
+            _ = fs::remove_file(&file);
+            Err(failure)
         }
     }
-    Err(Failure::work("there are 99999 folders abbe-demo-N here; use --out DIR"))
+}
+
+/// Makes something with the lowest number with which it is new.
+fn next_free(make: impl Fn(u32) -> io::Result<PathBuf>) -> io::Result<PathBuf> {
+    for number in 1..100_000 {
+        match make(number) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+            made => return made,
+        }
+    }
+    Err(io::Error::other("there are 99999 of them"))
 }
 
 /// Writes a file beside its place and renames it: it appears whole or not at all.

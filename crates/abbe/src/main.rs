@@ -7,6 +7,7 @@ mod cli;
 mod commands;
 mod failure;
 mod fault;
+mod flight;
 mod folder;
 mod interrupt;
 mod optics;

@@ -12,6 +12,9 @@ use std::path::Path;
 const BUILT_IN: [(&str, &str); 1] =
     [("microscope-100", include_str!("../../../presets/microscope-100.toml"))];
 
+/// The preset that is meant when none is named.
+pub(crate) const USUAL: &str = "microscope-100";
+
 /// A stage.
 #[derive(Clone, Debug)]
 pub(crate) struct Preset {

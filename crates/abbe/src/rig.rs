@@ -1,14 +1,18 @@
 //! The controller and the twin, joined: the loop that on a board is read pins, tick, write pins.
 
+use crate::flight::file::Origin;
+use crate::flight::{Keep, Recorder, Recording, RecordingError};
+use crate::folder;
 use crate::interrupt::{self, Interrupted};
 use crate::preset::Preset;
-use abbe_core::command::Refusal;
+use abbe_core::command::{Accepted, Refusal};
 use abbe_core::compensate::{ErrorMap, MapError};
 use abbe_core::publish::{Fault, MoveReport, Outcome};
-use abbe_core::{Command, Controller, Outputs, Pos, Status, background};
+use abbe_core::{Command, Controller, Outputs, Pos, Status};
 use abbe_metrology::compensation::Compensation;
 use abbe_metrology::{Axis, measure::Arrival};
-use abbe_twin::{Truth, Twin};
+use abbe_twin::{Truth, Twin, script};
+use std::path::{Path, PathBuf};
 
 /// Why the stage did not do what it was asked.
 #[derive(Debug, thiserror::Error)]
@@ -17,8 +21,12 @@ pub(crate) enum RigError {
     #[error("{0}")]
     Refused(#[from] Refusal),
     /// The drives were switched off.
-    #[error("the stage stopped: {0}")]
-    Fault(Fault),
+    #[error("the stage stopped: {fault}{flight}")]
+    Fault {
+        fault: Fault,
+        /// Where its flight recording is, or nothing.
+        flight: String,
+    },
     /// The move ended elsewhere.
     #[error(
         "the stage did not arrive within {time_s:.1} s: x is {x_um:+.2} µm and y {y_um:+.2} µm from the set-point"
@@ -45,7 +53,9 @@ pub(crate) struct Sample {
 /// A stage under control.
 pub(crate) struct Rig {
     pub(crate) twin: Twin,
-    pub(crate) controller: Controller<2>,
+    recorder: Recorder,
+    /// Where the last minutes are written when the stage stops with a fault; once.
+    flights: Option<PathBuf>,
     outputs: Outputs<2>,
     tick_hz: f64,
     ticks: u64,
@@ -61,19 +71,40 @@ const LONGEST_S: f64 = 300.0;
 
 impl Rig {
     /// Powers a stage on. Nothing moves.
-    pub(crate) fn new(preset: &Preset, seed: u64) -> Self {
-        let tick_hz = preset.controller.settings.tick_hz;
+    pub(crate) fn new(preset: &Preset, seed: u64, keep: Keep) -> Self {
+        let twin = Twin::new(&preset.plant, preset.controller.settings.tick_hz, seed);
+        Self::with(preset, twin, keep)
+    }
+
+    fn with(preset: &Preset, twin: Twin, keep: Keep) -> Self {
+        let origin = Origin::of(preset, twin.seed());
         let mut rig = Self {
-            twin: Twin::new(&preset.plant, tick_hz, seed),
-            controller: Controller::new(preset.controller.config),
+            twin,
+            recorder: Recorder::new(Controller::new(preset.controller.config), origin, keep),
+            flights: None,
             outputs: Outputs::OFF,
-            tick_hz,
+            tick_hz: preset.controller.settings.tick_hz,
             ticks: 0,
             trace_every: 0,
             trace: Vec::new(),
         };
         rig.tick();
         rig
+    }
+
+    /// Writes the last minutes into this folder when the stage stops with a fault.
+    pub(crate) fn dump_into(&mut self, dir: &Path) {
+        self.flights = Some(dir.to_path_buf());
+    }
+
+    /// What happened so far, as far as it is kept.
+    pub(crate) fn recording(&mut self) -> Result<Recording, RecordingError> {
+        self.recorder.recording()
+    }
+
+    /// The controller, to look at.
+    pub(crate) fn controller(&self) -> &Controller<2> {
+        self.recorder.controller()
     }
 
     /// Keeps a sample of the truth every `every_s` seconds.
@@ -84,8 +115,7 @@ impl Rig {
     /// One tick of both.
     pub(crate) fn tick(&mut self) {
         let inputs = self.twin.step(&self.outputs);
-        self.outputs = self.controller.tick(&inputs);
-        background::advance(&mut self.controller);
+        self.outputs = self.recorder.tick(&inputs);
         self.ticks += 1;
         if self.trace_every > 0 && self.ticks.is_multiple_of(self.trace_every) {
             self.trace.push(Sample { truth: self.twin.truth(), reading_mm: self.position_mm() });
@@ -99,7 +129,7 @@ impl Rig {
 
     /// The snapshot.
     pub(crate) fn status(&self) -> Status<2> {
-        self.controller.status()
+        self.controller().status()
     }
 
     /// Where the stage believes to be, mm.
@@ -109,13 +139,13 @@ impl Rig {
 
     /// Finds the zero of both axes.
     pub(crate) fn home(&mut self) -> Result<(), RigError> {
-        self.controller.command(Command::Home)?;
+        self.recorder.command(Command::Home)?;
         self.work()
     }
 
     /// Goes to a place and waits for measured arrival.
     pub(crate) fn move_to(&mut self, to_mm: [f64; 2]) -> Result<Arrival, RigError> {
-        self.controller.command(Command::MoveTo(to_mm.map(Pos::from_mm)))?;
+        self.recorder.command(Command::MoveTo(to_mm.map(Pos::from_mm)))?;
         self.work()?;
         self.arrival(self.status().last_move)
     }
@@ -126,7 +156,7 @@ impl Rig {
         to_mm: [f64; 2],
         axis: usize,
     ) -> Result<(Vec<[f64; 3]>, Arrival), RigError> {
-        self.controller.command(Command::MoveTo(to_mm.map(Pos::from_mm)))?;
+        self.recorder.command(Command::MoveTo(to_mm.map(Pos::from_mm)))?;
         let (began_s, mut seen) = (self.time_s(), Vec::new());
         loop {
             self.tick();
@@ -158,10 +188,10 @@ impl Rig {
         for (number, axis) in [Axis::X, Axis::Y].into_iter().enumerate() {
             let Some(found) = compensation.axis(axis) else { continue };
             // 5 mm beyond the low end: readings go there while homing.
-            let low = self.controller.config().axes[number].low - Pos::from_mm(5.0);
+            let low = self.controller().config().axes[number].low - Pos::from_mm(5.0);
             let map = ErrorMap::sample(low, |reading| Pos::from_um(found.curve.error_um(reading.mm())))
                 .map_err(|fault| RigError::Map { axis, fault })?;
-            self.controller.set_error_map(number, Some(map))?;
+            self.recorder.set_error_map(number, &map)?;
         }
         Ok(())
     }
@@ -184,9 +214,23 @@ impl Rig {
         self.check()
     }
 
-    fn check(&self) -> Result<(), RigError> {
+    fn check(&mut self) -> Result<(), RigError> {
         interrupt::check()?;
-        self.status().fault.map_or(Ok(()), |fault| Err(RigError::Fault(fault)))
+        match self.status().fault {
+            Some(fault) => Err(RigError::Fault { fault, flight: self.dump() }),
+            None => Ok(()),
+        }
+    }
+
+    /// Writes the last minutes down, if that is wanted and not done yet; says where they are.
+    fn dump(&mut self) -> String {
+        let Some(dir) = self.flights.take() else { return String::new() };
+        let bytes = self.recording().and_then(|recording| recording.to_bytes());
+        let written = bytes.map_err(Into::into).and_then(|bytes| folder::write_next_flight(&dir, &bytes));
+        match written {
+            Ok(file) => format!("; what led to it is in {} (`abbe replay`)", file.display()),
+            Err(failure) => format!("; its flight recording is lost: {}", failure.sentence()),
+        }
     }
 
     fn arrival(&self, report: Option<MoveReport>) -> Result<Arrival, RigError> {
@@ -194,7 +238,7 @@ impl Rig {
         match report {
             Some(report) if report.outcome == Outcome::Arrived => Ok(Arrival {
                 moved_s: seconds(report.path_ticks),
-                settle_s: seconds(report.settle_ticks) + seconds(self.controller.config().dwell_ticks),
+                settle_s: seconds(report.settle_ticks) + seconds(self.controller().config().dwell_ticks),
                 position_mm: self.position_mm(),
             }),
             report => {
@@ -203,5 +247,82 @@ impl Rig {
                 Err(RigError::NotArrived { time_s, x_um, y_um })
             }
         }
+    }
+}
+
+impl script::Stage for Rig {
+    type Error = Interrupted;
+
+    fn tick(&mut self) -> Result<(), Interrupted> {
+        Self::tick(self);
+        if self.ticks.is_multiple_of(INTERRUPT_TICKS) { interrupt::check() } else { Ok(()) }
+    }
+
+    fn command(&mut self, command: Command<2>) -> Result<Accepted, Refusal> {
+        self.recorder.command(command)
+    }
+
+    fn status(&self) -> Status<2> {
+        Self::status(self)
+    }
+
+    fn tick_hz(&self) -> f64 {
+        self.tick_hz
+    }
+
+    fn twin(&self) -> &Twin {
+        &self.twin
+    }
+
+    fn twin_mut(&mut self) -> &mut Twin {
+        &mut self.twin
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::preset;
+
+    impl Rig {
+        pub(crate) fn recorder_mut(&mut self) -> &mut Recorder {
+            &mut self.recorder
+        }
+    }
+
+    pub(crate) fn preset() -> Preset {
+        preset::load(preset::USUAL).unwrap()
+    }
+
+    /// A stage that stands near its switches, so that it homes soon.
+    pub(crate) fn rig(seed: u64) -> Rig {
+        let preset = preset();
+        let twin = Twin::standing_at(&preset.plant, preset.controller.settings.tick_hz, seed, [1.0, 0.5]);
+        Rig::with(&preset, twin, Keep::LastMinutes)
+    }
+
+    #[test]
+    fn a_fault_is_written_down_once_and_named() {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::write(dir.path().join("abbe-flight-1.abr"), "mine").unwrap();
+        let mut rig = rig(1);
+        rig.dump_into(dir.path());
+        rig.home().unwrap();
+        rig.twin.happen(abbe_twin::Event::EmergencyStop { pressed: true });
+        let sentence = rig.move_to([2.0, 2.0]).unwrap_err().to_string();
+        let file = dir.path().join("abbe-flight-2.abr");
+        assert!(sentence.contains("emergency stop; what led to it is in"), "{sentence}");
+        assert!(sentence.contains(&file.display().to_string()), "{sentence}");
+        assert!(!rig.wait(0.1).unwrap_err().to_string().contains("abr"), "told twice");
+        let recording = Recording::of_bytes(&std::fs::read(file).unwrap()).unwrap();
+        let mut faults = 0;
+        crate::flight::replay::play(&recording, |seen| {
+            if let crate::flight::replay::Seen::Tick { status, .. } = seen {
+                faults += u32::from(status.fault == Some(Fault::EmergencyStop));
+            }
+        })
+        .unwrap();
+        assert!(faults > 0);
+        assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 2);
     }
 }

@@ -17,8 +17,7 @@ pub(crate) enum Typed {
 }
 
 /// Commands of the contract that this version does not have yet.
-const PLANNED: [&str; 10] =
-    ["serve", "jog", "status", "stop", "reset", "run", "tune", "encoder", "record", "replay"];
+const PLANNED: [&str; 8] = ["serve", "jog", "status", "stop", "reset", "run", "tune", "encoder"];
 
 /// Whether the answer is wanted as JSON, even of a command line that is wrong elsewhere.
 pub(crate) fn wants_json(arguments: &[OsString]) -> bool {

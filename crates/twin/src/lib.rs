@@ -20,10 +20,12 @@ pub mod switches;
 
 pub mod camera;
 pub mod instruments;
+pub mod pins;
 pub mod specimen;
 
 pub mod script;
 
+mod table;
 mod twin;
 
 pub use plant::Plant;

@@ -18,6 +18,29 @@ const INDEX_FAR_COUNTS: i64 = 1000;
 /// Random waves that make the graduation error.
 const WAVES: usize = 96;
 
+/// The three lines of an encoder.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Lines {
+    /// Level of A.
+    pub a: bool,
+    /// Level of B.
+    pub b: bool,
+    /// Level of Z, the reference mark.
+    pub z: bool,
+}
+
+/// The receiver's fail-safe levels, when no encoder is plugged in.
+const UNPLUGGED: Lines = Lines { a: true, b: true, z: false };
+
+/// The lines have these levels from this moment on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Edge {
+    /// Clocks of 125 MHz since the tick began.
+    pub clock: u32,
+    /// Levels.
+    pub lines: Lines,
+}
+
 /// A scale; lengths in µm.
 #[derive(Clone, Debug)]
 pub struct Scale {
@@ -31,6 +54,12 @@ pub struct Scale {
     reading_um: f64,
     /// Clocks of the front end so far.
     clock: u64,
+    /// Clocks that a disturbance has taken from the next move.
+    taken: u64,
+    /// Edges of this tick with their clocks, if they are to be remembered.
+    edges: Option<Vec<(u64, Lines)>>,
+    /// Clocks at which the tick began.
+    edges_from: u64,
     /// Where the reference mark lies between two counts, 0 … 1.
     index_phase: f64,
     /// Count at which the index pulse will come this time.
@@ -57,6 +86,9 @@ impl Scale {
             count: 0,
             reading_um: place_um,
             clock: 0,
+            taken: 0,
+            edges: None,
+            edges_from: 0,
             index_phase,
             index_count: 0,
             index_drawn: true,
@@ -99,8 +131,34 @@ impl Scale {
     pub fn connect(&mut self, connected: bool) {
         self.connected = connected;
         if !connected {
-            self.counter.edge(self.clock, true, true, false);
+            self.edge(self.clock, UNPLUGGED);
         }
+    }
+
+    /// The lines as they stand.
+    pub fn lines(&self) -> Lines {
+        if !self.connected {
+            return UNPLUGGED;
+        }
+        let (a, b) = levels(self.count);
+        Lines { a, b, z: self.count == self.index_count }
+    }
+
+    /// From now on edges are remembered, until somebody takes them.
+    pub fn remember_edges(&mut self) {
+        if self.edges.is_none() {
+            self.edges = Some(Vec::new());
+            self.edges_from = self.clock - self.taken;
+        }
+    }
+
+    /// The edges of a tick that ends now. It had `clocks_per_tick` clocks of 125 MHz, and `clocks` of those of
+    /// [`Scale::move_to`].
+    pub fn take_edges(&mut self, clocks_per_tick: u32, clocks: u64) -> Vec<Edge> {
+        let from = core::mem::replace(&mut self.edges_from, self.clock);
+        let edges = self.edges.as_mut().map(core::mem::take).unwrap_or_default();
+        let clock = |at: u64| ((at - from) * u64::from(clocks_per_tick) / clocks) as u32;
+        edges.into_iter().map(|(at, lines)| Edge { clock: clock(at), lines }).collect()
     }
 
     /// Moves the head to `place_um` within `clocks` of the front end: every edge on the way is fed to it.
@@ -115,21 +173,25 @@ impl Scale {
         }
         self.index_drawn = far;
         let step = if to > self.count { 1 } else { -1 };
+        let clocks = clocks.saturating_sub(core::mem::take(&mut self.taken));
         // Evenly spaced, 16 fractional bits of a clock.
         let spacing = (clocks << 16) / (to.abs_diff(self.count) + 1);
         let mut after = 0;
         while self.count != to {
             self.count += step;
             after += spacing;
-            self.edge(self.clock + (after >> 16));
+            if self.connected {
+                self.edge(self.clock + (after >> 16), self.lines());
+            }
         }
         self.clock += clocks;
     }
 
-    fn edge(&mut self, clock: u64) {
-        if self.connected {
-            let (a, b) = levels(self.count);
-            self.counter.edge(clock, a, b, self.count == self.index_count);
+    #[inline]
+    fn edge(&mut self, clock: u64, lines: Lines) {
+        self.counter.edge(clock, lines.a, lines.b, lines.z);
+        if let Some(edges) = &mut self.edges {
+            edges.push((clock, lines));
         }
     }
 
@@ -145,12 +207,14 @@ impl Scale {
         if !self.connected {
             return;
         }
-        let (a, b) = levels(self.count);
+        let lines = self.lines();
         let on_a = self.noise.chance(0.5);
-        let index = self.count == self.index_count;
-        self.counter.edge(self.clock, a ^ on_a, b ^ !on_a, index);
-        self.clock += self.noise.uniform(1.0, 21.0) as u64;
-        self.counter.edge(self.clock, a, b, index);
+        self.edge(self.clock, Lines { a: lines.a ^ on_a, b: lines.b ^ !on_a, ..lines });
+        let length = self.noise.uniform(1.0, 21.0) as u64;
+        self.clock += length;
+        // What follows begins at its time all the same.
+        self.taken += length;
+        self.edge(self.clock, lines);
     }
 
     /// What a tick reads.

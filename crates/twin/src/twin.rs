@@ -5,24 +5,20 @@ use crate::geometry::Geometry;
 use crate::heat::Heat;
 use crate::instruments::Thermometer;
 use crate::noise::Noise;
+use crate::pins::{AxisWires, Drive};
 use crate::plant::{AxisPlant, Plant};
-use crate::scale::Scale;
+use crate::scale::{Lines, Scale};
 use crate::switches::Switch;
+use crate::table::Table;
 use abbe_core::edge::{Actuation, AxisInputs, AxisOutputs, Inputs, Outputs, StepRate};
 use abbe_core::front::{StepEmitter, emitter};
 
 /// Steps of the mechanics in a tick.
-const SUBSTEPS: u32 = 2;
-/// Clocks of the front end in a tick.
+const SUBSTEPS: u64 = 2;
+/// Clocks of the twin's own decoder in a tick.
 const CLOCKS: u64 = 1000;
 /// Ticks between two steps of heat.
 const HEAT_TICKS: u32 = 100;
-/// Slower than this is rest, mm/s; for the random place of the table.
-const REST_MM_S: f64 = 0.05;
-/// Rest of so many ticks ends a move.
-const REST_TICKS: u32 = 100;
-/// Way over which a new random place is taken, µm.
-const RANDOM_WAY_UM: f64 = 1.0;
 
 /// Something that happens to a stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,59 +101,13 @@ struct Axis {
     low: Switch,
     high: Switch,
     emitter: StepEmitter,
+    /// Pulses at the end of the last tick.
+    pulses: i32,
     table: Table,
     drive_fault: bool,
     glitch_probability: f64,
     /// What the last tick saw, for samples that come too late.
     seen: AxisInputs,
-}
-
-/// The table on its slide: elastic reversal and a place of its own after each move.
-#[derive(Clone, Debug)]
-struct Table {
-    half_reversal_um: f64,
-    random_um: f64,
-    follows_um: f64,
-    offset_um: f64,
-    next_um: f64,
-    last_um: f64,
-    rest_ticks: u32,
-    noise: Noise,
-}
-
-impl Table {
-    fn new(plant: &Plant, place_um: f64, seed: u64, name: &str) -> Self {
-        Self {
-            half_reversal_um: 0.5 * plant.geometry.reversal_um,
-            random_um: plant.geometry.random_um,
-            follows_um: place_um,
-            offset_um: 0.0,
-            next_um: 0.0,
-            last_um: place_um,
-            rest_ticks: 0,
-            noise: Noise::new(seed, &format!("table {name}")),
-        }
-    }
-
-    fn step(&mut self, place_um: f64, speed_mm_s: f64) {
-        let half = self.half_reversal_um;
-        self.follows_um = self.follows_um.clamp(place_um - half, place_um + half);
-        if speed_mm_s.abs() < REST_MM_S {
-            self.rest_ticks = self.rest_ticks.saturating_add(1);
-        } else {
-            if self.rest_ticks > REST_TICKS {
-                self.next_um = self.random_um * self.noise.normal();
-            }
-            self.rest_ticks = 0;
-        }
-        let way = ((place_um - self.last_um).abs() / RANDOM_WAY_UM).min(1.0);
-        self.offset_um += way * (self.next_um - self.offset_um);
-        self.last_um = place_um;
-    }
-
-    fn place_um(&self) -> f64 {
-        self.follows_um + self.offset_um
-    }
 }
 
 impl Axis {
@@ -177,6 +127,7 @@ impl Axis {
             low: Switch::new(switches, switches.low_mm, -1.0, seed, &format!("{name} low")),
             high: Switch::new(switches, switches.high_mm, 1.0, seed, &format!("{name} high")),
             emitter,
+            pulses: 0,
             table: Table::new(plant, place_um, seed, name),
             drive_fault: false,
             glitch_probability: axis.scale.glitch_probability,
@@ -184,30 +135,45 @@ impl Axis {
         }
     }
 
-    /// One tick of `dt` seconds under `output`.
-    fn step(&mut self, output: &AxisOutputs, dt: f64) {
+    /// What the output does at the power stage in the tick that begins.
+    fn drive(&mut self, output: &AxisOutputs) -> Drive {
         let rate = match output.actuation {
             Actuation::Steps(rate) if output.enable && !self.drive_fault => rate,
             _ => StepRate(0),
         };
         self.emitter.begin_tick(rate);
-        let pulses = self.emitter.pulses_at(0);
-        self.mechanics.energise(output.enable && !self.drive_fault, pulses);
-        for substep in 1..=SUBSTEPS {
-            let pulses = self.emitter.pulses_at(self.emitter.clocks_per_tick() * substep / SUBSTEPS);
-            self.mechanics.step(pulses, dt / f64::from(SUBSTEPS));
-            self.scale.move_to(self.mechanics.place_um(), CLOCKS / u64::from(SUBSTEPS));
+        let clocks = self.emitter.clocks_per_tick();
+        let pulses = [clocks / 2, clocks].map(|clock| self.emitter.pulses_at(clock));
+        Drive { enable: output.enable, pulses }
+    }
+
+    /// One tick of `dt` seconds.
+    fn step(&mut self, drive: &Drive, dt: f64) {
+        self.mechanics.energise(drive.enable && !self.drive_fault, self.pulses);
+        for pulses in drive.pulses {
+            self.mechanics.step(pulses, dt / SUBSTEPS as f64);
+            self.scale.move_to(self.mechanics.place_um(), CLOCKS / SUBSTEPS);
+            self.pulses = pulses;
         }
         self.table.step(self.mechanics.place_um(), self.mechanics.speed_mm_s());
     }
 
-    fn sample(&mut self, dt: f64, missed: bool, noise: &mut Noise) -> AxisInputs {
+    /// The contacts of both switches, low and high.
+    fn contacts(&mut self, dt: f64) -> [bool; 2] {
+        let place = self.mechanics.place_um();
+        [self.low.contact(place, dt), self.high.contact(place, dt)]
+    }
+
+    fn disturb(&mut self, noise: &mut Noise) {
         if noise.chance(self.glitch_probability) {
             self.scale.glitch();
         }
-        let place = self.mechanics.place_um();
-        let (limit_low, limit_high) = (self.low.contact(place, dt), self.high.contact(place, dt));
+    }
+
+    fn sample(&mut self, dt: f64, missed: bool, noise: &mut Noise) -> AxisInputs {
+        let [limit_low, limit_high] = self.contacts(dt);
         if missed {
+            self.disturb(noise);
             // The counts are not lost, only late.
             return AxisInputs { illegal: 0, glitches: 0, index: None, ..self.seen };
         }
@@ -218,11 +184,12 @@ impl Axis {
             glitches: reading.glitches,
             index: reading.index,
             sin_cos: None,
-            pulses: self.emitter.pulses_at(self.emitter.clocks_per_tick()),
+            pulses: self.pulses,
             limit_low,
             limit_high,
             drive_fault: self.drive_fault,
         };
+        self.disturb(noise);
         self.seen
     }
 }
@@ -292,23 +259,62 @@ impl Twin {
     /// board.
     pub fn step(&mut self, outputs: &Outputs<2>) -> Inputs<2> {
         let acting = core::mem::replace(&mut self.outputs, *outputs);
-        let dt = self.tick_s * (1.0 + self.plant.timing.jitter * self.noise.normal());
-        for (axis, output) in self.axes.iter_mut().zip(&acting.axes) {
-            axis.step(output, dt);
+        let mut drives = [Drive::OFF; 2];
+        for ((drive, axis), output) in drives.iter_mut().zip(&mut self.axes).zip(&acting.axes) {
+            *drive = axis.drive(output);
         }
-        self.time_s += dt;
-        self.tick = self.tick.wrapping_add(1);
-        if self.tick.is_multiple_of(HEAT_TICKS) {
-            self.step_heat(acting.axes.iter().any(|axis| axis.enable));
-        }
-        if let Some(age) = &mut self.heartbeat_age {
-            *age = age.saturating_add(1);
-        }
+        self.go_on(&drives);
         let fresh = self.sample();
         let tick = fresh.tick;
         let delayed = core::mem::replace(&mut self.inputs, fresh);
         // The number is the tick's own, whatever the age of what it sees.
         Inputs { tick, ..delayed }
+    }
+
+    /// One tick of everything that moves, however it is driven.
+    pub(crate) fn go_on(&mut self, drives: &[Drive; 2]) {
+        let dt = self.tick_s * (1.0 + self.plant.timing.jitter * self.noise.normal());
+        for (axis, drive) in self.axes.iter_mut().zip(drives) {
+            axis.step(drive, dt);
+        }
+        self.time_s += dt;
+        self.tick = self.tick.wrapping_add(1);
+        if self.tick.is_multiple_of(HEAT_TICKS) {
+            self.step_heat(drives.iter().any(|drive| drive.enable));
+        }
+        if let Some(age) = &mut self.heartbeat_age {
+            *age = age.saturating_add(1);
+        }
+    }
+
+    /// From now on the edges of each tick are kept for [`Twin::wires`].
+    pub(crate) fn remember_edges(&mut self) {
+        for axis in &mut self.axes {
+            axis.scale.remember_edges();
+        }
+    }
+
+    /// The levels of all wires after a tick, and the edges of the encoders in it.
+    pub(crate) fn wires(&mut self) -> [AxisWires; 2] {
+        // A sample that comes too late is the board's business; the stream of chance goes on as in `step`.
+        self.noise.chance(self.plant.timing.missed_sample_probability);
+        let (dt, noise) = (self.tick_s, &mut self.noise);
+        self.axes.each_mut().map(|axis| {
+            let edges = axis.scale.take_edges(axis.emitter.clocks_per_tick(), CLOCKS);
+            let [limit_low, limit_high] = axis.contacts(dt);
+            axis.disturb(noise);
+            AxisWires { edges, limit_low, limit_high, drive_fault: axis.drive_fault }
+        })
+    }
+
+    /// The encoder lines of each axis as they stand.
+    pub fn lines(&self) -> [Lines; 2] {
+        self.axes.each_ref().map(|axis| axis.scale.lines())
+    }
+
+    /// The emergency stop is pressed.
+    pub(crate) fn emergency_stop(&self) -> bool {
+        self.emergency_stop
     }
 
     fn sample(&mut self) -> Inputs<2> {

@@ -16,6 +16,8 @@ pub const BAUD: u32 = 115_200;
 /// Samples of the PIO receiver in a bit.
 pub const SAMPLES_PER_BIT: u32 = 8;
 
+/// How often the receiver's words are taken, µs: five bytes at most, and it keeps eight.
+pub const RECEIVE_US: u32 = 400;
 /// How often core 0 looks into its queues, µs: two ticks. Between two looks it sleeps.
 pub const POLL_US: u64 = 200;
 /// How often core 0 looks whether core 1 still ticks, µs.
@@ -44,18 +46,18 @@ pub struct AxisPins {
 
 /// X and Y.
 pub const AXES: [AxisPins; 2] = [
-    AxisPins { a: 2, z: 4, step: 8, direction: 9, limit_low: 15, limit_high: 16 },
-    AxisPins { a: 5, z: 7, step: 10, direction: 11, limit_low: 17, limit_high: 18 },
+    AxisPins { a: 2, z: 4, step: 8, direction: 9, limit_low: 16, limit_high: 17 },
+    AxisPins { a: 5, z: 7, step: 10, direction: 11, limit_low: 18, limit_high: 19 },
 ];
 /// Serial output, the hardware's UART 0.
 pub const SERIAL_OUT: u8 = 0;
 /// Serial input, read by a PIO program.
 pub const SERIAL_IN: u8 = 1;
 /// Both power stages: low is on. A resistor pulls it up while the chip starts.
-pub const NOT_ENABLE: u8 = 12;
-/// Both power stages report a fault by pulling it low.
-pub const NOT_DRIVE_FAULT: u8 = 13;
+pub const NOT_ENABLE: u8 = 14;
+/// Either power stage reports a fault by a high level; a resistor holds it low.
+pub const DRIVE_FAULT: u8 = 15;
 /// Emergency stop: closed to ground while released.
-pub const EMERGENCY_STOP: u8 = 14;
+pub const EMERGENCY_STOP: u8 = 20;
 /// The lamp on the board, lit while ticks come.
 pub const TICK_LAMP: u8 = 25;

@@ -8,7 +8,7 @@
 //! | 1 | 2 | `serial_rx` | the serial port, see `serial.rs` |
 
 use crate::design::{
-    AXES, AxisPins, EMERGENCY_STOP, NOT_DRIVE_FAULT, PULSE_LEAD_CLOCKS, SERIAL_IN, TICK_CLOCKS, TICK_LAMP,
+    AXES, AxisPins, DRIVE_FAULT, EMERGENCY_STOP, PULSE_LEAD_CLOCKS, SERIAL_IN, TICK_CLOCKS, TICK_LAMP,
 };
 use crate::pins;
 use crate::pio::{self, Fifo, Setup};
@@ -90,7 +90,7 @@ impl Front {
         for (axis, inputs) in self.axes.iter().zip(&mut inputs.axes) {
             inputs.limit_low = high(axis.pins.limit_low);
             inputs.limit_high = high(axis.pins.limit_high);
-            inputs.drive_fault = !high(NOT_DRIVE_FAULT);
+            inputs.drive_fault = high(DRIVE_FAULT);
         }
         inputs.emergency_stop = high(EMERGENCY_STOP);
     }
@@ -179,6 +179,7 @@ fn drain(machine: usize, place: &mut [u32]) -> usize {
 pub fn stop_pulses() {
     pio::stop(pac::PIO1, EMITTERS);
     for machine in 0..2 {
+        pio::side_low(pac::PIO1, machine);
         pio::forget_words(pac::PIO1, machine);
         pio::begin_anew(pac::PIO1, machine, 0);
     }

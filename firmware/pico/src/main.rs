@@ -6,6 +6,7 @@
 //! | core 1 | the tick, 10 kHz, by an interrupt of the timer; owns the controller | `tick.rs` |
 //! | core 0 | serial port, planning, and a watch over core 1 | `serial.rs`, `planner.rs`, `watch.rs` |
 //! | between | queues one way and the other, a snapshot behind a seqlock | `shared.rs` |
+//! | for a debugger | the last tick in words | `telemetry.rs` |
 //!
 //! Every pin and every number of time stands in `design.rs`. The drives are off from the first instruction on
 //! (`safety.rs`) and go off by themselves when the tick stalls: no pulses without fresh words, no torque after three
@@ -21,6 +22,7 @@ mod planner;
 mod safety;
 mod serial;
 mod shared;
+mod telemetry;
 mod tick;
 mod watch;
 
@@ -53,15 +55,18 @@ fn main() -> ! {
     let (plans_in, plans) = shared::plans();
     let (received_in, received) = shared::received();
     let queues = tick::Queues { commands, answers, wanted, plans };
-    let tick = tick::Tick::new(Controller::new(config), front, queues);
+    tick::Tick::new(Controller::new(config), front, queues).place();
     // SAFETY: this line is reached once, and the stack is named nowhere else.
-    let stack = unsafe { &mut *(&raw mut STACK) };
-    spawn_core1(chip.CORE1, stack, move || tick.run());
+    let stack = unsafe { (&raw mut STACK).as_mut() };
+    let Some(stack) = stack else { safety::last_resort() };
+    spawn_core1(chip.CORE1, stack, || tick::run());
 
     serial::receive_into(received_in);
     let lines = serial::Queues { received, commands: commands_in, answers: answers_out };
     // SAFETY: this line is reached once, and the executor is named nowhere else.
-    let executor = unsafe { (*(&raw mut EXECUTOR)).insert(Executor::new()) };
+    let executor = unsafe { (&raw mut EXECUTOR).as_mut() };
+    let Some(place) = executor else { safety::last_resort() };
+    let executor = place.insert(Executor::new());
     executor.run(|spawner| {
         // Each is spawned once: there is a place for it.
         _ = watch(Watchdog::new(chip.WATCHDOG)).map(|task| spawner.spawn(task));
@@ -72,12 +77,12 @@ fn main() -> ! {
 
 #[task]
 async fn watch(watchdog: Watchdog) {
-    watch::watch_the_tick(watchdog).await
+    watch::watch_the_tick(watchdog).await;
 }
 
 #[task]
 async fn answer_lines(queues: serial::Queues) {
-    serial::answer_lines(queues).await
+    serial::answer_lines(queues).await;
 }
 
 #[task]
@@ -85,5 +90,5 @@ async fn plan_moves(
     wanted: heapless::spsc::Consumer<'static, abbe_core::background::MoveRequest<2>, { shared::PLACES }>,
     plans: heapless::spsc::Producer<'static, shared::Planned, { shared::PLACES }>,
 ) {
-    planner::plan_moves(wanted, plans).await
+    planner::plan_moves(wanted, plans).await;
 }

@@ -1,6 +1,6 @@
 //! Pins: which part of the chip drives them, and what holds them while nothing does.
 
-use crate::design::{AXES, EMERGENCY_STOP, NOT_DRIVE_FAULT, SERIAL_IN, SERIAL_OUT, TICK_LAMP};
+use crate::design::{AXES, DRIVE_FAULT, EMERGENCY_STOP, SERIAL_IN, SERIAL_OUT, TICK_LAMP};
 use embassy_rp::pac;
 
 /// Parts of the chip that can drive a pin, by the numbers of the data sheet.
@@ -37,10 +37,10 @@ pub fn set_up() {
             give(switch, Function::Processor);
         }
     }
-    for contact in [NOT_DRIVE_FAULT, EMERGENCY_STOP] {
-        input(contact, true);
-        give(contact, Function::Processor);
-    }
+    input(DRIVE_FAULT, false);
+    give(DRIVE_FAULT, Function::Processor);
+    input(EMERGENCY_STOP, true);
+    give(EMERGENCY_STOP, Function::Processor);
     input(SERIAL_IN, true);
     give(SERIAL_IN, Function::Pio1);
     give(SERIAL_OUT, Function::Uart);

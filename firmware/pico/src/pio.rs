@@ -64,6 +64,11 @@ impl Setup {
 const MACHINES: usize = 4;
 /// `jmp` to address 0: all jumps have zeros in their upper three bits.
 const JUMP: u16 = 0x0000;
+/// Where a register's alias lies that sets the bits written, and the one that clears them.
+const ALIAS_SET: usize = 0x2000;
+const ALIAS_CLEAR: usize = 0x3000;
+/// `set pins, 0`.
+const SET_PINS_0: u16 = 0xE000;
 /// `set pindirs, 1`.
 const SET_PINDIRS_1: u16 = 0xE081;
 /// Operation code of an instruction.
@@ -105,7 +110,9 @@ pub fn set_up(block: Pio, machine: usize, program: Loaded, setup: &Setup) {
             w.set_set_base(pin);
             w.set_set_count(1);
         });
-        registers.instr().write(|w| w.set_instr(SET_PINDIRS_1));
+        for instruction in [SET_PINS_0, SET_PINDIRS_1] {
+            registers.instr().write(|w| w.set_instr(instruction));
+        }
     }
     registers.pinctrl().write(|w| {
         w.set_in_base(setup.in_base);
@@ -116,6 +123,9 @@ pub fn set_up(block: Pio, machine: usize, program: Loaded, setup: &Setup) {
         if let Some(pin) = setup.side_pin {
             w.set_sideset_base(pin);
             w.set_sideset_count(program.side_pins);
+            // For `side_low`; the program itself has no `set`.
+            w.set_set_base(pin);
+            w.set_set_count(1);
         }
     });
     begin_anew(block, machine, program.origin);
@@ -123,26 +133,37 @@ pub fn set_up(block: Pio, machine: usize, program: Loaded, setup: &Setup) {
 
 /// Forgets what a stopped machine was doing and puts it at an address.
 pub fn begin_anew(block: Pio, machine: usize, address: u8) {
-    // Written as a whole: the machines that run keep their bits.
-    let running = block.ctrl().read().sm_enable();
-    block.ctrl().write(|w| {
-        w.set_sm_enable(running);
-        w.set_sm_restart(1 << machine);
-        w.set_clkdiv_restart(1 << machine);
-    });
+    let mut bits = pac::pio::regs::Ctrl::default();
+    bits.set_sm_restart(1 << machine);
+    bits.set_clkdiv_restart(1 << machine);
+    in_one_write(block, ALIAS_SET, bits);
     block.sm(machine % MACHINES).instr().write(|w| w.set_instr(JUMP + u16::from(address)));
+}
+
+/// Brings the side-set pin of a stopped machine down.
+pub fn side_low(block: Pio, machine: usize) {
+    block.sm(machine % MACHINES).instr().write(|w| w.set_instr(SET_PINS_0));
 }
 
 /// Starts machines in one clock, a bit each.
 pub fn start(block: Pio, machines: u8) {
-    let running = block.ctrl().read().sm_enable();
-    block.ctrl().write(|w| w.set_sm_enable(running | machines));
+    let mut bits = pac::pio::regs::Ctrl::default();
+    bits.set_sm_enable(machines);
+    in_one_write(block, ALIAS_SET, bits);
 }
 
 /// Stops machines, a bit each.
 pub fn stop(block: Pio, machines: u8) {
-    let running = block.ctrl().read().sm_enable();
-    block.ctrl().write(|w| w.set_sm_enable(running & !machines));
+    let mut bits = pac::pio::regs::Ctrl::default();
+    bits.set_sm_enable(machines);
+    in_one_write(block, ALIAS_CLEAR, bits);
+}
+
+/// Sets or clears bits of the control register without reading it: the other core may write it, too.
+fn in_one_write(block: Pio, alias: usize, bits: pac::pio::regs::Ctrl) {
+    let register = block.ctrl().as_ptr().wrapping_byte_add(alias);
+    // SAFETY: every register of the chip has these aliases (data sheet, 2.1.2), and this one may be written at any time.
+    unsafe { register.write_volatile(bits) };
 }
 
 /// Throws away what waits for and from a machine: turning a join over and back empties both ways.

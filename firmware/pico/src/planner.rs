@@ -8,7 +8,10 @@ use embassy_time::Timer;
 use heapless::spsc::{Consumer, Producer};
 
 /// Plans one move after another, for ever.
-pub async fn plan_moves(mut wanted: Consumer<'static, MoveRequest<2>, PLACES>, mut plans: Producer<'static, Planned, PLACES>) -> ! {
+pub async fn plan_moves(
+    mut wanted: Consumer<'static, MoveRequest<2>, PLACES>,
+    mut plans: Producer<'static, Planned, PLACES>,
+) -> ! {
     loop {
         if plans.ready()
             && let Some(request) = wanted.dequeue()

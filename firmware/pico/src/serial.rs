@@ -1,9 +1,9 @@
 //! The plain serial port: bytes in by a PIO program, lines out by the UART.
 
-use crate::design::{BAUD, CLOCK_HZ, POLL_US, SAMPLES_PER_BIT};
+use crate::design::{BAUD, CLOCK_HZ, POLL_US, RECEIVE_US, SAMPLES_PER_BIT};
 use crate::front::SERIAL_MACHINE;
 use crate::pio;
-use crate::shared::{BYTES, LAST_HEARD, PLACES, Received, STALLED, STATUS, TICKS, Taken};
+use crate::shared::{BYTES, LAST_HEARD, Note, PLACES, Received, STATUS, TICKS, Taken};
 use abbe_core::Command;
 use abbe_proto::plain::{Answer, Lines, Request, StatusLine, parse};
 use core::cell::UnsafeCell;
@@ -60,18 +60,29 @@ static RECEIVER: Receiver = Receiver(UnsafeCell::new(None));
 pub fn receive_into(queue: Producer<'static, Received, BYTES>) {
     // SAFETY: the interrupt that uses this place is not enabled yet, and this is the only core that enables it.
     unsafe { *RECEIVER.0.get() = Some(queue) };
-    pac::PIO1.irqs(0).inte().write(|w| w.set_sm2_rxnempty(true));
+    pac::TIMER.inte().modify(|w| w.set_alarm(ALARM, true));
+    ring_again();
     // SAFETY: everything that the handler uses is in its place.
-    unsafe { cortex_m::peripheral::NVIC::unmask(pac::Interrupt::PIO1_IRQ_0) };
+    unsafe { cortex_m::peripheral::NVIC::unmask(pac::Interrupt::TIMER_IRQ_2) };
+}
+
+/// The alarm of the timer for the receiver. The block has an interrupt of its own, but the emulator has its bits in
+/// another order than the chip; an alarm works in both, and interrupts the planner just as well.
+const ALARM: usize = 2;
+
+fn ring_again() {
+    pac::TIMER.alarm(ALARM).write_value(pac::TIMER.timerawl().read().wrapping_add(RECEIVE_US));
 }
 
 #[interrupt]
-fn PIO1_IRQ_0() {
+fn TIMER_IRQ_2() {
+    pac::TIMER.intr().write(|w| w.set_alarm(ALARM, true));
+    ring_again();
     // SAFETY: enabled on core 0 alone, after the place was filled; it does not interrupt itself.
     let Some(queue) = (unsafe { &mut *RECEIVER.0.get() }) else { return };
     while let Some(word) = pio::take(pac::PIO1, SERIAL_MACHINE) {
         // Any bit below the byte says that its stop bit was missing.
-        let whole = word & 0x00ff_ffff == 0;
+        let whole = word.trailing_zeros() >= 24;
         let received = if whole { Received::Byte((word >> 24) as u8) } else { Received::Spoilt };
         // What nobody reads in time is lost; the line it belongs to will be found wrong.
         _ = queue.enqueue(received);
@@ -118,6 +129,9 @@ async fn answer(line: &[u8], queues: &mut Queues) {
         Ok(Some(Request::Status)) => send_status().await,
         Ok(Some(Request::Command(command))) => {
             let taken = ask(command, queues).await;
+            if command == Command::Reset {
+                Note::Nothing.say();
+            }
             send(&Answer::Command(taken, &command)).await;
         }
         Err(mistake) => send(&Answer::Mistake(mistake)).await,
@@ -145,7 +159,7 @@ async fn send_status() {
             None => Timer::after_micros(POLL_US).await,
         }
     };
-    let board = if STALLED.load(Ordering::Relaxed) { "the tick stalled; the drives were switched off" } else { "" };
+    let board = Note::being_said();
     send(&Answer::Status(StatusLine { status: &status, board })).await;
 }
 

@@ -7,7 +7,7 @@ use abbe_core::background::MoveRequest;
 use abbe_core::plan::LinePlan;
 use abbe_core::{Accepted, Command, Refusal, Status};
 use core::cell::UnsafeCell;
-use core::sync::atomic::{AtomicBool, AtomicU32, Ordering, fence};
+use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering, fence};
 use heapless::spsc::{Consumer, Producer, Queue};
 
 /// The answer to a command.
@@ -57,7 +57,12 @@ queue!(commands, Command<2>, PLACES, "Requests, core 0 to core 1.");
 queue!(answers, Taken, PLACES, "Their answers, in order, core 1 to core 0.");
 queue!(wanted, MoveRequest<2>, PLACES, "Moves that want a plan, core 1 to core 0.");
 queue!(plans, Planned, PLACES, "Their plans, core 0 to core 1.");
-queue!(received, Received, BYTES, "What came over the serial line, from its interrupt to the task that reads lines.");
+queue!(
+    received,
+    Received,
+    BYTES,
+    "What came over the serial line, from its interrupt to the task that reads lines."
+);
 
 /// The snapshot of the last tick.
 pub static STATUS: SeqLock<Option<Status<2>>> = SeqLock::new(None);
@@ -65,8 +70,36 @@ pub static STATUS: SeqLock<Option<Status<2>>> = SeqLock::new(None);
 pub static TICKS: AtomicU32 = AtomicU32::new(0);
 /// Tick at which the host last spoke.
 pub static LAST_HEARD: AtomicU32 = AtomicU32::new(0);
-/// Core 0 found no ticks and switched the drives off.
-pub static STALLED: AtomicBool = AtomicBool::new(false);
+/// What the board itself has to say, until a reset.
+pub static NOTE: AtomicU8 = AtomicU8::new(Note::Nothing as u8);
+
+/// What a board can have to say.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Note {
+    /// All is well.
+    Nothing,
+    /// Core 0 found no ticks and switched the drives off.
+    Stalled,
+    /// The watchdog started the chip anew.
+    StartedAnew,
+}
+
+impl Note {
+    /// Says it from now on.
+    pub fn say(self) {
+        NOTE.store(self as u8, Ordering::Relaxed);
+    }
+
+    /// The sentence that is being said, or none.
+    pub fn being_said() -> &'static str {
+        match NOTE.load(Ordering::Relaxed) {
+            note if note == Self::Stalled as u8 => "the tick stalled and the drives were switched off",
+            note if note == Self::StartedAnew as u8 => "the watchdog has started the board anew",
+            _ => "",
+        }
+    }
+}
 
 /// A value with one writer and any number of readers, none of which waits for the writer longer than one copy.
 pub struct SeqLock<T> {

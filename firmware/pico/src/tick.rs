@@ -6,6 +6,7 @@
 use crate::design::TICK_US;
 use crate::front::Front;
 use crate::shared::{LAST_HEARD, PLACES, Planned, STATUS, TICKS, Taken};
+use crate::telemetry::{self, Counts, Over};
 use abbe_core::background::MoveRequest;
 use abbe_core::{Command, Controller, Inputs};
 use core::cell::UnsafeCell;
@@ -39,12 +40,13 @@ pub struct Tick {
     due_us: u32,
     /// Last move for which a plan was asked.
     asked: Option<u32>,
+    counts: Counts,
 }
 
 /// A place for what only core 1 touches, once it is there.
 struct Core1(UnsafeCell<Option<Tick>>);
 
-// SAFETY: written by `run` before the interrupt is enabled, and from then on touched by that interrupt alone.
+// SAFETY: written before core 1 starts, and from then on touched by core 1 alone.
 unsafe impl Sync for Core1 {}
 
 static TICK: Core1 = Core1(UnsafeCell::new(None));
@@ -52,23 +54,15 @@ static TICK: Core1 = Core1(UnsafeCell::new(None));
 impl Tick {
     /// Drives off, no ticks yet.
     pub fn new(controller: Controller<2>, front: Front, queues: Queues) -> Self {
-        Self { controller, front, queues, number: 0, due_us: 0, asked: None }
+        Self { controller, front, queues, number: 0, due_us: 0, asked: None, counts: Counts::default() }
     }
 
-    /// Takes core 1: ticks from now on.
-    pub fn run(mut self) -> ! {
-        self.due_us = now_us().wrapping_add(TICK_US);
-        let first = self.due_us;
-        // SAFETY: the interrupt that uses this place is not enabled yet, and this is the only core that enables it.
-        unsafe { *TICK.0.get() = Some(self) };
+    /// Puts it where core 1 will find it, from core 0 and before core 1 runs: it is too large to be handed over on a stack.
+    pub fn place(self) {
+        // Here and not on core 1: the register is shared.
         pac::TIMER.inte().modify(|w| w.set_alarm(ALARM, true));
-        pac::TIMER.alarm(ALARM).write_value(first);
-        // SAFETY: everything that the handler uses is in its place.
-        unsafe { cortex_m::peripheral::NVIC::unmask(pac::Interrupt::TIMER_IRQ_1) };
-        // Awake: it would wake up with a delay that varies.
-        loop {
-            cortex_m::asm::nop();
-        }
+        // SAFETY: core 1, which alone uses this place afterwards, has not been started.
+        unsafe { *TICK.0.get() = Some(self) };
     }
 
     /// One tick.
@@ -81,7 +75,14 @@ impl Tick {
         let outputs = self.controller.tick(&inputs);
         self.front.prepare(&outputs);
         self.ask_for_plan();
-        STATUS.write(Some(self.controller.status()));
+        let status = self.controller.status();
+        STATUS.write(Some(status));
+        telemetry::write(&Over {
+            status: &status,
+            outputs: &outputs,
+            counts: self.counts,
+            due_us: self.due_us,
+        });
         TICKS.store(self.number, Ordering::Relaxed);
     }
 
@@ -99,6 +100,7 @@ impl Tick {
         {
             // There is room: it was looked for before, and nobody else writes.
             _ = self.queues.answers.enqueue(self.controller.command(command));
+            self.counts.commands = self.counts.commands.wrapping_add(1);
         }
     }
 
@@ -120,16 +122,33 @@ impl Tick {
     /// Sets the next alarm; ticks whose time has passed meanwhile are missed, and the controller sees that by the
     /// number.
     fn schedule(&mut self) {
+        self.counts.longest_us = self.counts.longest_us.max(now_us().wrapping_sub(self.due_us));
         self.number = self.number.wrapping_add(1);
         self.due_us = self.due_us.wrapping_add(TICK_US);
         pac::TIMER.alarm(ALARM).write_value(self.due_us);
         // An alarm in the past would not ring for 71 minutes.
-        while now_us().wrapping_sub(self.due_us) < u32::MAX / 2 {
+        while has_come(self.due_us) {
             self.number = self.number.wrapping_add(1);
             self.due_us = self.due_us.wrapping_add(TICK_US);
             pac::TIMER.alarm(ALARM).write_value(self.due_us);
+            self.counts.missed = self.counts.missed.wrapping_add(1);
             self.front.abandon();
         }
+    }
+}
+
+/// Takes core 1: ticks from now on.
+pub fn run() -> ! {
+    // SAFETY: the interrupt that uses this place is not enabled yet, and core 0 has done with it.
+    if let Some(tick) = unsafe { &mut *TICK.0.get() } {
+        tick.due_us = now_us().wrapping_add(TICK_US);
+        pac::TIMER.alarm(ALARM).write_value(tick.due_us);
+    }
+    // SAFETY: everything that the handler uses is in its place, and nothing else uses it from here on.
+    unsafe { cortex_m::peripheral::NVIC::unmask(pac::Interrupt::TIMER_IRQ_1) };
+    // Awake: it would wake up with a delay that varies.
+    loop {
+        cortex_m::asm::nop();
     }
 }
 
@@ -138,11 +157,18 @@ fn now_us() -> u32 {
     pac::TIMER.timerawl().read()
 }
 
+/// Whether a time, at most half an hour away, is now or past.
+fn has_come(due_us: u32) -> bool {
+    now_us().wrapping_sub(due_us) <= u32::MAX / 2
+}
+
 #[interrupt]
 fn TIMER_IRQ_1() {
     pac::TIMER.intr().write(|w| w.set_alarm(ALARM, true));
     // SAFETY: enabled on core 1 alone, after the place was filled; it does not interrupt itself.
-    if let Some(tick) = unsafe { &mut *TICK.0.get() } {
+    if let Some(tick) = unsafe { &mut *TICK.0.get() }
+        && has_come(tick.due_us)
+    {
         tick.tick();
         tick.schedule();
     }

@@ -20,7 +20,7 @@ pub(super) fn fit(readings: &Readings, max_degree: usize) -> Result<Fit, Failure
 
 pub(crate) fn run(preset: &Preset, asked: &Compensate) -> Result<Answer, Failure> {
     let given = axes_of(&asked.readings)?;
-    let _folder = folder::prepare_file(&asked.out, asked.force)?;
+    let _folder = folder::prepare_file("--out", &asked.out, asked.force)?;
     let mut compensation = Compensation { date: today(), preset: preset.name.clone(), x: None, y: None };
     let (mut text, mut json, mut notes) = (String::new(), Map::new(), Vec::new());
     for (axis, file) in given {

@@ -6,6 +6,7 @@ use super::{Answer, compensate, scan, stitch, today, verify};
 use crate::bench::Shared;
 use crate::cli::Demo;
 use crate::failure::Failure;
+use crate::flight::Keep;
 use crate::folder;
 use crate::optics::Sight;
 use crate::preset::Preset;
@@ -69,7 +70,8 @@ fn work(preset: &Preset, seed: u64, sight: Option<Sight>, dir: &Path) -> Result<
     for sub in ["measure", "verify", "truth"] {
         std::fs::create_dir_all(dir.join(sub))?;
     }
-    let mut rig = Rig::new(preset, seed);
+    let mut rig = Rig::new(preset, seed, Keep::LastMinutes);
+    rig.dump_into(dir);
     rig.keep_trace(TRACE_S);
     progress::note("homing …");
     rig.home()?;

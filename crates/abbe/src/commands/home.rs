@@ -1,6 +1,6 @@
 //! `abbe home`.
 
-use super::{Answer, Wanted};
+use super::{Answer, HERE, Wanted};
 use crate::cli::Home;
 use crate::failure::Failure;
 use crate::preset::Preset;
@@ -12,16 +12,17 @@ use abbe_twin::noise::Noise;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
+use std::path::Path;
 
 pub(crate) fn run(preset: &Preset, seed: u64, asked: &Home) -> Result<Answer, Failure> {
-    let mut rig = Wanted::new(preset, seed, &asked.source)?.homed()?;
+    let mut rig = Wanted::new(preset, seed, &asked.source)?.homed(Path::new(HERE))?;
     let mut homings = vec![reports(&rig)];
     let mut places = Noise::new(seed, "places to home from");
     let again = asked.times - 1;
     let bar = if again > 0 { progress::bar("homing again", again as usize) } else { ProgressBar::hidden() };
     for _ in 0..again {
         bar.inc(1);
-        let travel = rig.controller.config().axes.map(|axis| [axis.low.mm(), axis.high.mm()]);
+        let travel = rig.controller().config().axes.map(|axis| [axis.low.mm(), axis.high.mm()]);
         rig.move_to(travel.map(|[low, high]| places.uniform(low, high)))?;
         rig.home()?;
         homings.push(reports(&rig));

@@ -153,7 +153,7 @@ pub(crate) fn run(preset: &Preset, seed: u64, asked: &Measure) -> Result<Answer,
         .collect::<Result<Vec<Job>, Failure>>()?;
     let wanted = Wanted::new(preset, seed, &asked.source)?;
     let _folder = folder::prepare("--out", &asked.out.out, asked.out.force)?;
-    let rig = Rc::new(RefCell::new(wanted.homed()?));
+    let rig = Rc::new(RefCell::new(wanted.homed(&asked.out.out)?));
     warm_up(&rig, asked.warm_up)?;
     let (mut text, mut files) = (String::new(), Vec::new());
     for job in jobs {

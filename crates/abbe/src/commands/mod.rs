@@ -7,12 +7,15 @@ mod home;
 mod iso230;
 mod measure;
 mod movement;
+mod record;
+mod replay;
 mod scan;
 mod stitch;
 mod verify;
 
 use crate::cli::{Cli, Command, Source};
 use crate::failure::Failure;
+use crate::flight::Keep;
 use crate::output;
 use crate::preset::{self, Preset};
 use crate::progress;
@@ -38,7 +41,7 @@ impl Answer {
 /// Runs the command that was asked for.
 pub(crate) fn run(cli: &Cli) -> Result<Answer, Failure> {
     // Read even where no stage is needed: a wrong --preset is never passed over.
-    let preset = preset::load(&cli.preset)?;
+    let preset = preset::load(cli.preset.as_deref().unwrap_or(preset::USUAL))?;
     match &cli.command {
         Command::Demo(asked) => demo::run(&preset, cli.seed, asked),
         Command::Home(asked) => home::run(&preset, cli.seed, asked),
@@ -49,8 +52,14 @@ pub(crate) fn run(cli: &Cli) -> Result<Answer, Failure> {
         Command::Iso230(asked) => iso230::run(asked),
         Command::Scan(asked) => scan::run(&preset, cli.seed, asked),
         Command::Stitch(asked) => stitch::run(asked),
+        Command::Record(asked) => record::run(&preset, cli.seed, asked),
+        // A recording brings its stage with it; only one that was named is compared.
+        Command::Replay(asked) => replay::run(cli.preset.is_some().then_some(&preset), asked),
     }
 }
+
+/// Where flight recordings of commands without a folder of their own go.
+const HERE: &str = ".";
 
 /// A stage that somebody asked for, before it is powered on.
 struct Wanted<'a> {
@@ -73,15 +82,21 @@ impl<'a> Wanted<'a> {
         Ok(Self { preset, seed, compensation })
     }
 
-    /// A twin of its own: powered on, homed, compensated.
-    fn homed(&self) -> Result<Rig, Failure> {
-        let mut rig = Rig::new(self.preset, self.seed);
+    /// A twin of its own: powered on, homed, compensated. What leads to a fault is written into `flights`.
+    fn homed(&self, flights: &Path) -> Result<Rig, Failure> {
+        let mut rig = Rig::new(self.preset, self.seed, Keep::LastMinutes);
+        rig.dump_into(flights);
+        self.home(&mut rig)?;
+        Ok(rig)
+    }
+
+    fn home(&self, rig: &mut Rig) -> Result<(), Failure> {
         progress::note("homing …");
         rig.home()?;
         if let Some(compensation) = &self.compensation {
             rig.compensate(compensation)?;
         }
-        Ok(rig)
+        Ok(())
     }
 }
 

@@ -1,13 +1,14 @@
 //! `abbe move X Y`.
 
-use super::{Answer, Wanted};
+use super::{Answer, HERE, Wanted};
 use crate::cli::Move;
 use crate::failure::Failure;
 use crate::preset::Preset;
 use serde_json::json;
+use std::path::Path;
 
 pub(crate) fn run(preset: &Preset, seed: u64, asked: &Move) -> Result<Answer, Failure> {
-    let mut rig = Wanted::new(preset, seed, &asked.source)?.homed()?;
+    let mut rig = Wanted::new(preset, seed, &asked.source)?.homed(Path::new(HERE))?;
     let arrival = rig.move_to([asked.x, asked.y])?;
     let [x, y] = arrival.position_mm;
     let [error_x, error_y] = rig.status().axes.map(|axis| axis.following_error.um());

@@ -100,7 +100,7 @@ pub(crate) fn run(preset: &Preset, seed: u64, asked: &Scan) -> Result<Answer, Fa
     let _folder = folder::prepare("--out", &asked.out.out, asked.out.force)?;
     let _truth =
         asked.truth.as_ref().map(|dir| folder::prepare("--truth", dir, asked.out.force)).transpose()?;
-    let rig = Rc::new(RefCell::new(wanted.homed()?));
+    let rig = Rc::new(RefCell::new(wanted.homed(&asked.out.out)?));
     let began_s = rig.borrow().time_s();
     let scanned = take(&rig, preset, &fields, sight, seed, &asked.out.out)?;
     if let Some(dir) = &asked.truth {

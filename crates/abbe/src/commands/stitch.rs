@@ -48,9 +48,9 @@ fn ready(asked: &Stitch) -> Result<Ready, Failure> {
     }
     for beside in [asked.out.with_extension("png"), asked.out.with_file_name(tiles::REGISTERED_CONFIGURATION)]
     {
-        folder::keep_file(&beside, asked.force)?;
+        folder::keep_file("--out", &beside, asked.force)?;
     }
-    folder::prepare_file(&asked.out, asked.force)
+    folder::prepare_file("--out", &asked.out, asked.force)
 }
 
 /// Stitches with a bar for each step. Ctrl-C ends it between two parts of a step.

@@ -81,7 +81,7 @@ pub(crate) fn run(preset: &Preset, seed: u64, asked: &Verify) -> Result<Answer, 
     for note in &notes {
         progress::note(&format!("note: {note}"));
     }
-    let rig = Rc::new(RefCell::new(wanted.homed()?));
+    let rig = Rc::new(RefCell::new(wanted.homed(&asked.out.out)?));
     measure::warm_up(&rig, asked.warm_up)?;
     let dir = &asked.out.out;
     let plan = (asked.targets as usize, asked.runs as usize);

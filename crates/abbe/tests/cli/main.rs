@@ -12,5 +12,6 @@ mod folders;
 mod pictures;
 mod presets;
 mod readings;
+mod recordings;
 mod stage;
 mod usage;

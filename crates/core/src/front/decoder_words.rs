@@ -44,6 +44,11 @@ impl DecoderWords {
         Self { counter: 0, last: word, index: Index::Low }
     }
 
+    /// The last word of the counting machine.
+    pub fn word(&self) -> u32 {
+        self.last
+    }
+
     /// One tick: the new word of the counting machine, the words of the latching machine (the first [`LATCHED`] of
     /// them) and whether Z was high before or after the last of them was read.
     ///

@@ -50,11 +50,12 @@ pub fn record(root: &Path, scenario: &Scenario) -> Result<Expected> {
 fn play(root: &Path, scenario: &Scenario) -> Result<(Vec<u8>, Expected)> {
     let lines =
         script::parse(&scenario.text("script.txt")?).map_err(|error| anyhow!("script.txt, {error}"))?;
-    let mut player = Player::new(Recorded::new(root, &scenario.text("stage.toml")?)?);
+    let mut stage = Recorded::new(root, &scenario.text("stage.toml")?)?;
+    let mut player = Player::new(&mut stage);
     for line in &lines {
         player.step(&line.step).map_err(|error| anyhow!("script.txt, line {}: {error}", line.number))?;
     }
-    let Recorded { encoder, ticks, .. } = player.into_stage();
+    let Recorded { encoder, ticks, .. } = stage;
     let expected = Expected { ticks, hash: encoder.hash().value() };
     let Ok(blocks) = encoder.finish();
     Ok((blocks.0, expected))

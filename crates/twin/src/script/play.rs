@@ -41,6 +41,34 @@ pub trait Stage {
     fn twin_mut(&mut self) -> &mut Twin;
 }
 
+impl<S: Stage> Stage for &mut S {
+    type Error = S::Error;
+
+    fn tick(&mut self) -> Result<(), S::Error> {
+        S::tick(self)
+    }
+
+    fn command(&mut self, command: Command<2>) -> Result<Accepted, Refusal> {
+        S::command(self, command)
+    }
+
+    fn status(&self) -> Status<2> {
+        S::status(self)
+    }
+
+    fn tick_hz(&self) -> f64 {
+        S::tick_hz(self)
+    }
+
+    fn twin(&self) -> &Twin {
+        S::twin(self)
+    }
+
+    fn twin_mut(&mut self) -> &mut Twin {
+        S::twin_mut(self)
+    }
+}
+
 /// Why a script ends before its end.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PlayError<E> {
@@ -76,16 +104,6 @@ impl<S: Stage> Player<S> {
             worst_off_line_um: 0.0,
             line: [[0.0; 2]; 2],
         }
-    }
-
-    /// The stage, as the script left it.
-    pub fn stage(&self) -> &S {
-        &self.stage
-    }
-
-    /// The stage, when nothing more is to be played.
-    pub fn into_stage(self) -> S {
-        self.stage
     }
 
     /// Plays one step, and a tick after it.
