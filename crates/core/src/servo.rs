@@ -23,9 +23,9 @@ pub struct Config {
     pub kd: i32,
     /// Speed per picometre a tick of set-point speed: one step pulse over its travel, or 0.
     pub feed_forward: i64,
-    /// Largest speed of the law.
+    /// Largest speed of the law; 0 or more.
     pub limit: i64,
-    /// Error within which a standing axis is left alone: below the resolution of the drive a loop can only hunt.
+    /// Error, 0 or more, within which a standing axis is left alone: below the resolution of the drive a loop can only hunt.
     pub dead_band: Pos,
 }
 
@@ -42,9 +42,9 @@ pub struct IncrementalPid {
     last_set_point: Option<Pos>,
 }
 
-/// A value within ± `limit`. Unlike `clamp` it has no case that panics.
+/// A value within ± `limit`, 0 or more. Unlike `clamp` it has no case that panics.
 fn within(value: i64, limit: i64) -> i64 {
-    value.max(limit.saturating_neg()).min(limit)
+    value.max(limit.wrapping_neg()).min(limit)
 }
 
 /// Errors are clamped to ±2 mm here; the guard has tripped long before. They fit a word.
@@ -52,9 +52,9 @@ const LARGEST_ERROR: i64 = 2_000_000_000;
 
 impl Config {
     /// Speed for a set-point that goes `way` in this tick.
-    fn fed_forward(&self, way: Pos) -> i64 {
+    fn fed_forward(&self, way: i64) -> i64 {
         // Exact up to 2¹⁵ pulses a tick; a path that is planned within its limits stays far below.
-        wide::mul_i64_i32(self.feed_forward, way.pm() as i32)
+        wide::mul_i64_i32(self.feed_forward, way as i32)
     }
 }
 
@@ -68,10 +68,10 @@ impl IncrementalPid {
     /// One tick: the speed to drive at.
     #[inline]
     pub fn tick(&mut self, set_point: Pos, reading: Pos, config: &Config) -> i64 {
-        let way = set_point - self.last_set_point.unwrap_or(set_point);
+        let way = set_point.way_from(self.last_set_point.unwrap_or(set_point));
         self.last_set_point = Some(set_point);
-        let error = within((set_point - reading).pm(), LARGEST_ERROR);
-        if way == Pos::ZERO && error.abs() <= config.dead_band.pm() {
+        let error = within(set_point.way_from(reading), LARGEST_ERROR);
+        if way == 0 && wide::is_within(error, config.dead_band.pm()) {
             self.rest(error);
             return 0;
         }

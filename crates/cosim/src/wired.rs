@@ -16,9 +16,9 @@ use abbe_twin::scale::Lines;
 use anyhow::{Context, Result, ensure};
 
 /// The line of pulses begins with a pause of so many clocks (`PULSE_LEAD_CLOCKS` of the firmware, and the pause's own).
-const LEAD: u64 = 507;
+const LEAD: u64 = 2507;
 /// Clocks after a tick was due at which the pulses of the tick before are over, drives on or off.
-const OVER: u64 = 1000;
+const OVER: u64 = 3000;
 /// Clocks before the next tick at which the last edge has been played.
 const QUIET: u64 = 200;
 

@@ -8,8 +8,8 @@ pub const TICK_US: u32 = 100;
 pub const TICK_CLOCKS: u32 = CLOCK_HZ / 1_000_000 * TICK_US;
 
 /// The pulses of a tick begin so many clocks after it, so that the words for them are there whenever the tick's
-/// interrupt was late by less: 4 µs.
-pub const PULSE_LEAD_CLOCKS: u32 = 500;
+/// interrupt was late by less: 20 µs, far more than fetching its code anew from the flash takes.
+pub const PULSE_LEAD_CLOCKS: u32 = 2500;
 
 /// The serial line, bit/s, 8 data bits, no parity, one stop bit.
 pub const BAUD: u32 = 115_200;

@@ -3,6 +3,7 @@
 //! Each topic owns what stands between `<!-- figures:TOPIC -->` and `<!-- /figures:TOPIC -->`; the words around it
 //! are left alone.
 
+mod cycles;
 mod inline;
 mod readme;
 
@@ -28,6 +29,8 @@ pub(crate) enum Topic {
     Homing,
     /// How fast the simulated stage runs.
     Twin,
+    /// What a tick costs a Cortex-M0+, stage by stage; adds a row to the history.
+    Cycles,
     /// How fast the board's PIO programs are exact.
     Pio,
     /// What the images for boards use.
@@ -103,8 +106,8 @@ pub(crate) fn run(root: &Path, topic: Option<Topic>) -> Result<()> {
     let topics = topic.map_or_else(|| Topic::value_variants().to_vec(), |topic| vec![topic]);
     let file = root.join("docs").join("benchmarks.md");
     for topic in topics {
-        let measured = format!("{}\n\n{}", origin(root, topic)?, topic.measure(root)?.trim_end());
         let page = if file.exists() { fs::read_to_string(&file)? } else { EMPTY_PAGE.into() };
+        let measured = format!("{}\n\n{}", origin(root, topic)?, topic.measure(root, &page)?.trim_end());
         let page = with_section(&page, topic.name(), &measured)?;
         fs::write(&file, page).with_context(|| format!("cannot write {}", file.display()))?;
         println!("{}: {} is up to date", file.display(), topic.name());
@@ -118,17 +121,20 @@ impl Topic {
             Self::Demo => "demo",
             Self::Homing => "homing",
             Self::Twin => "twin",
+            Self::Cycles => "cycles",
             Self::Pio => "pio",
             Self::Firmware => "firmware",
             Self::Cosim => "cosim",
         }
     }
 
-    fn measure(self, root: &Path) -> Result<String> {
+    /// What stands in the section from now on; `page` is the page before.
+    fn measure(self, root: &Path, page: &str) -> Result<String> {
         match self {
             Self::Demo => demo(root),
             Self::Homing => homing(root),
             Self::Twin => twin(root),
+            Self::Cycles => cycles::section(root, page, &today()?, &commit(root)?),
             Self::Pio => pio(root),
             Self::Firmware => images(root),
             Self::Cosim => cosim(root),
@@ -138,10 +144,17 @@ impl Topic {
 
 /// Which command, when, and of which state of the project.
 fn origin(root: &Path, topic: Topic) -> Result<String> {
+    Ok(format!("`cargo xtask figures {}`, {}, commit {}", topic.name(), today()?, commit(root)?))
+}
+
+fn commit(root: &Path) -> Result<String> {
     let mut git = Command::new("git");
     let commit = stdout_of(git.current_dir(root).args(["describe", "--always", "--dirty"]))?;
-    let today = date(SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs() / 86_400);
-    Ok(format!("`cargo xtask figures {}`, {today}, commit {}", topic.name(), commit.trim()))
+    Ok(commit.trim().to_owned())
+}
+
+fn today() -> Result<String> {
+    Ok(date(SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs() / 86_400))
 }
 
 /// The demo's own figures, one column for each seed.

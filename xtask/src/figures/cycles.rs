@@ -1,0 +1,83 @@
+//! The cycles of a tick, and what they were before: a row of the history for each time they are measured.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use anyhow::Result;
+
+use crate::cycles::{Cost, must_measure};
+use crate::stage::Setting;
+
+/// First words of the history's head, by which it is found again.
+const HEAD: &str = "| date | commit |";
+
+/// The table and the history with one more row.
+pub(super) fn section(root: &Path, page: &str, today: &str, commit: &str) -> Result<String> {
+    let costs = must_measure(&Setting::new(root.to_path_buf(), false))?;
+    Ok(format!("{}\n{}", table(&costs), history(&costs, page, today, commit)))
+}
+
+fn table(costs: &[Cost]) -> String {
+    let mut text =
+        String::from("| stage | median | p99 | worst | budget | worst in |\n|---|---:|---:|---:|---:|---|\n");
+    for Cost { name, median, p99, worst, budget, scenario, tick } in costs {
+        let budget = budget.map_or("–".into(), |budget| budget.to_string());
+        // Writing to a String cannot fail.
+        _ = writeln!(
+            text,
+            "| {name} | {median} | {p99} | {worst} | {budget} | tick {tick} of `{scenario}` |"
+        );
+    }
+    text
+}
+
+/// The worst of each row that has a budget, whole tick last; the rows of `page` stay.
+fn history(costs: &[Cost], page: &str, today: &str, commit: &str) -> String {
+    let judged: Vec<&Cost> = costs.iter().filter(|cost| cost.budget.is_some()).collect();
+    let names: Vec<&str> = judged.iter().map(|cost| cost.name.as_str()).collect();
+    let figures: Vec<String> = judged.iter().map(|cost| cost.worst.to_string()).collect();
+    let mut text = format!("{HEAD} {} |\n|---|---|{}\n", names.join(" | "), "---:|".repeat(names.len()));
+    for row in kept(page) {
+        _ = writeln!(text, "{row}");
+    }
+    _ = writeln!(text, "| {today} | {commit} | {} |", figures.join(" | "));
+    text
+}
+
+/// The rows of the history that the page has already.
+fn kept(page: &str) -> impl Iterator<Item = &str> {
+    let below_head = page.lines().skip_while(|line| !line.starts_with(HEAD)).skip(2);
+    below_head.take_while(|line| line.starts_with('|'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn costs(worst: u32) -> [Cost; 2] {
+        let cost = |name: &str, budget| Cost {
+            name: name.into(),
+            median: 1,
+            p99: 2,
+            worst,
+            budget,
+            scenario: "stop".into(),
+            tick: 7,
+        };
+        [cost("guard", None), cost("whole tick", Some(6250))]
+    }
+
+    #[test]
+    fn the_history_keeps_its_rows_and_gets_another() {
+        let first = history(&costs(5000), "", "2026-01-01", "abc");
+        assert_eq!(first, "| date | commit | whole tick |\n|---|---|---:|\n| 2026-01-01 | abc | 5000 |\n");
+        let page = format!("{}\n{first}<!-- /figures:cycles -->\n| other | table |\n", table(&costs(5000)));
+        let second = history(&costs(4000), &page, "2026-01-02", "def");
+        assert_eq!(second, format!("{first}| 2026-01-02 | def | 4000 |\n"));
+    }
+
+    #[test]
+    fn a_row_without_a_budget_has_a_dash() {
+        assert!(table(&costs(9)).contains("| guard | 1 | 2 | 9 | – | tick 7 of `stop` |\n"));
+    }
+}
