@@ -307,6 +307,19 @@ struct Halves {
     plant: Plant,
 }
 
+/// Lays the values of one table over those of another that has the same keys; names the first key that it has not.
+fn lay_over(table: &mut toml::Table, own: &toml::Table) -> Result<(), String> {
+    for (key, value) in own {
+        let place = table.get_mut(key).ok_or_else(|| format!("the preset has no key `{key}` there"))?;
+        match (place, value) {
+            (toml::Value::Table(place), toml::Value::Table(value)) => lay_over(place, value)?,
+            (place, value) if place.same_type(value) => *place = value.clone(),
+            (place, value) => return Err(format!("`{key}` = {value} is of another type than {place}")),
+        }
+    }
+    Ok(())
+}
+
 impl Plant {
     /// Reads the `[plant]` half of the text of a preset.
     ///
@@ -317,6 +330,19 @@ impl Plant {
             toml::from_str(text).map_err(|error| PresetError::from_toml(file, text, &error))?;
         halves.plant.check(file, text)?;
         Ok(halves.plant)
+    }
+
+    /// The same with some values of its own: a table in the shape of `[plant]` that holds only what differs.
+    ///
+    /// # Errors
+    /// As [`Plant::read`], and for a key that the preset does not have.
+    pub fn read_with(file: &str, text: &str, own: &toml::Table) -> Result<Self, PresetError> {
+        let wrong = |message: String| PresetError { file: file.to_owned(), line: None, message };
+        let mut preset: toml::Table =
+            toml::from_str(text).map_err(|error| PresetError::from_toml(file, text, &error))?;
+        let plant = preset.get_mut("plant").and_then(toml::Value::as_table_mut);
+        lay_over(plant.ok_or_else(|| wrong("there is no [plant]".into()))?, own).map_err(wrong)?;
+        Self::read(file, &toml::to_string(&preset).map_err(|error| wrong(error.to_string()))?)
     }
 
     /// Numbers that no stage can have would make the simulation explode or crawl instead of failing here.

@@ -27,11 +27,8 @@ impl Scenario {
     fn load(folder: &Path) -> Self {
         let stage = fs::read_to_string(folder.join("stage.toml")).unwrap_or_default();
         let stage: toml::Table = toml::from_str(&stage).expect("stage.toml is TOML");
-        let mut preset: toml::Table = toml::from_str(PRESET).unwrap();
-        if let Some(plant) = stage.get("plant") {
-            merge(preset.get_mut("plant").unwrap(), plant);
-        }
-        let plant = Plant::read("scenario", &toml::to_string(&preset).unwrap()).unwrap();
+        let own = stage.get("plant").and_then(toml::Value::as_table).cloned().unwrap_or_default();
+        let plant = Plant::read_with("scenario", PRESET, &own).unwrap();
         let number = |key: &str, default: f64| stage.get(key).map_or(default, |v| v.as_float().expect(key));
         let settings =
             StageSettings { host_timeout_ms: number("host_timeout_ms", 0.0), ..StageSettings::default() };
@@ -87,17 +84,6 @@ impl Stage for Scenario {
 
     fn twin_mut(&mut self) -> &mut Twin {
         &mut self.twin
-    }
-}
-
-fn merge(into: &mut toml::Value, from: &toml::Value) {
-    match (into, from) {
-        (toml::Value::Table(into), toml::Value::Table(from)) => {
-            for (key, value) in from {
-                merge(into.get_mut(key).unwrap_or_else(|| panic!("unknown key {key}")), value);
-            }
-        }
-        (into, from) => *into = from.clone(),
     }
 }
 

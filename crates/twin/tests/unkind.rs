@@ -179,3 +179,17 @@ fn what_is_put_out_and_what_is_seen_are_each_a_tick_late() {
     let seen: Vec<i32> = (0..6).map(|_| twin.step(&outputs).axes[0].pulses).collect();
     assert_eq!(seen, [0, 0, 5, 10, 15, 20]);
 }
+
+#[test]
+fn values_laid_over_a_preset_must_have_their_place_and_their_type_there() {
+    let with = |own: &str| Plant::read_with("own", common::PRESET, &toml::from_str(own).unwrap());
+    assert_eq!(with("[load]\nkg = 3.5").unwrap().load.kg, 3.5);
+    for (own, words) in [
+        ("[lode]\nkg = 1.0", "no key `lode`"),
+        ("[load]\nkg = true", "of another type"),
+        ("[load]\nkg = -1.0", "must be"),
+    ] {
+        let error = with(own).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
+}

@@ -9,7 +9,7 @@ use abbe_core::{Accepted, Command, Controller, Outputs, Pos, Refusal, Status, ba
 use abbe_proto::record::{Encoder, Event, Sink};
 use abbe_twin::script::{self, Player, Stage};
 use abbe_twin::{Plant, Twin};
-use anyhow::{Context, Result, anyhow, ensure};
+use anyhow::{Context, Result, anyhow};
 use serde::Deserialize;
 
 use super::{Expected, Scenario};
@@ -29,7 +29,8 @@ struct StageFile {
     #[serde(default)]
     map: [Vec<f64>; 2],
     /// What differs from the preset, if anything.
-    plant: Option<toml::Value>,
+    #[serde(default)]
+    plant: toml::Table,
 }
 
 const fn first_seed() -> u64 {
@@ -90,12 +91,7 @@ impl Recorded {
         let settings = StageSettings::<2>::default();
         let mut recorded = Self {
             controller: Controller::new(settings.build().map_err(|error| anyhow!("{error}"))?),
-            twin: Twin::standing_at(
-                &plant(root, stage.plant.as_ref())?,
-                settings.tick_hz,
-                stage.seed,
-                stage.at_mm,
-            ),
+            twin: Twin::standing_at(&plant(root, &stage.plant)?, settings.tick_hz, stage.seed, stage.at_mm),
             outputs: Outputs::OFF,
             tick_hz: settings.tick_hz,
             encoder: Encoder::new(Blocks::default()),
@@ -123,32 +119,11 @@ impl Recorded {
     }
 }
 
-/// The preset's truth, with what the scenario has of its own.
-fn plant(root: &Path, own: Option<&toml::Value>) -> Result<Plant> {
+/// The preset's stage, with what the scenario has of its own.
+fn plant(root: &Path, own: &toml::Table) -> Result<Plant> {
     let file = root.join("presets").join("microscope-100.toml");
     let text = fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
-    let mut preset: toml::Table = toml::from_str(&text)?;
-    for (name, own) in own.and_then(toml::Value::as_table).into_iter().flatten() {
-        let axis = preset.get_mut("plant").and_then(|plant| plant.get_mut(name));
-        merge(axis.with_context(|| no_such_key(name))?, own)?;
-    }
-    Ok(Plant::read("microscope-100", &toml::to_string(&preset)?)?)
-}
-
-fn merge(into: &mut toml::Value, from: &toml::Value) -> Result<()> {
-    let (toml::Value::Table(into), toml::Value::Table(from)) = (&mut *into, from) else {
-        ensure!(into.same_type(from), "stage.toml: {from} is of another type than {into}");
-        *into = from.clone();
-        return Ok(());
-    };
-    for (key, value) in from {
-        merge(into.get_mut(key).with_context(|| no_such_key(key))?, value)?;
-    }
-    Ok(())
-}
-
-fn no_such_key(key: &str) -> String {
-    format!("stage.toml: the preset has no key {key}")
+    Plant::read_with("microscope-100", &text, own).context("stage.toml")
 }
 
 impl Stage for Recorded {
