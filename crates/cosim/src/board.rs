@@ -5,39 +5,25 @@
 
 use crate::image::Image;
 use anyhow::Result;
+use design::{AXES, DRIVE_FAULT, EMERGENCY_STOP, SERIAL_IN};
 use rp2040_emu::{Config, Emulator, EmulatorBuilder};
 use std::collections::BTreeMap;
 
-/// Clocks in a second, and in a tick.
-pub const CLOCK_HZ: u64 = 125_000_000;
+/// Pins and times of the board, from the firmware itself.
+#[path = "../../../firmware/pico/src/design.rs"]
+pub mod design;
+
+/// Clocks in a second.
+pub const CLOCK_HZ: u64 = design::CLOCK_HZ as u64;
 /// Clocks in a tick.
-pub const TICK_CLOCKS: u64 = 12_500;
-/// The board's pins, as `docs/wiring.md` has them; B is the pin after A.
-pub const ENCODER_A: [u8; 2] = [2, 5];
-/// Reference marks.
-pub const ENCODER_Z: [u8; 2] = [4, 7];
-/// Step pulses.
-pub const STEP: [u8; 2] = [8, 10];
-/// Directions, high is up.
-pub const DIRECTION: [u8; 2] = [9, 11];
-/// Power stages, low is on.
-pub const NOT_ENABLE: u8 = 14;
-/// Fault of a power stage, high is a fault.
-pub const DRIVE_FAULT: u8 = 15;
-/// Emergency stop, high is pressed.
-pub const EMERGENCY_STOP: u8 = 20;
-/// Switches at the low ends, high is pressed.
-pub const LIMIT_LOW: [u8; 2] = [16, 18];
-/// Switches at the high ends.
-pub const LIMIT_HIGH: [u8; 2] = [17, 19];
-const SERIAL_IN: u8 = 1;
+pub const TICK_CLOCKS: u64 = design::TICK_CLOCKS as u64;
 
 /// The vector table lies behind the second boot stage.
 const VECTORS: u32 = 0x100;
 /// Clocks after which pins are looked at and set; shorter than a step pulse is high.
 const QUANTUM: u32 = 16;
 /// Clocks of a bit on the serial line.
-const BIT_CLOCKS: u64 = CLOCK_HZ / 115_200;
+const BIT_CLOCKS: u64 = CLOCK_HZ / design::BAUD as u64;
 
 /// The last tick as the board tells it; see `firmware/pico/src/telemetry.rs`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -121,7 +107,7 @@ impl Board {
             deepest: [u32::MAX; 2],
         };
         let low =
-            ENCODER_A.iter().flat_map(|&a| [a, a + 1]).chain(ENCODER_Z).chain(LIMIT_LOW).chain(LIMIT_HIGH);
+            AXES.iter().flat_map(|axis| [axis.a, axis.a + 1, axis.z, axis.limit_low, axis.limit_high]);
         for pin in low.chain([DRIVE_FAULT, EMERGENCY_STOP]) {
             board.set(pin, false);
         }
@@ -212,8 +198,8 @@ impl Board {
         self.step_pins = pins;
         let between = [before, self.clock()];
         for axis in 0..2 {
-            if rose & (1 << STEP[axis]) != 0 {
-                self.rises[axis].push(Rise { between, up: pins & (1 << DIRECTION[axis]) != 0 });
+            if rose & (1 << AXES[axis].step) != 0 {
+                self.rises[axis].push(Rise { between, up: pins & (1 << AXES[axis].direction) != 0 });
             }
         }
     }

@@ -4,10 +4,8 @@
 //! pulses that its STEP pins gave move the twin by one more. The mechanics are one tick behind the pins, which is the
 //! delay that the twin has by itself when it is run without a board, so both run alike.
 
-use crate::board::{
-    Board, DRIVE_FAULT, EMERGENCY_STOP, ENCODER_A, ENCODER_Z, LIMIT_HIGH, LIMIT_LOW, NOT_ENABLE, Rise,
-    TICK_CLOCKS, Telemetry,
-};
+use crate::board::design::{AXES, DRIVE_FAULT, EMERGENCY_STOP, NOT_ENABLE, PULSE_LEAD_CLOCKS};
+use crate::board::{Board, Rise, TICK_CLOCKS, Telemetry};
 use crate::image::Image;
 use abbe_core::front::pulse_words::LAG;
 use abbe_twin::Twin;
@@ -15,10 +13,10 @@ use abbe_twin::pins::{Drive, Wires};
 use abbe_twin::scale::Lines;
 use anyhow::{Context, Result, ensure};
 
-/// The line of pulses begins with a pause of so many clocks (`PULSE_LEAD_CLOCKS` of the firmware, and the pause's own).
-const LEAD: u64 = 2507;
+/// The line of pulses begins with a pause, and a pause takes seven clocks beside its gap.
+const LEAD: u64 = PULSE_LEAD_CLOCKS as u64 + 7;
 /// Clocks after a tick was due at which the pulses of the tick before are over, drives on or off.
-const OVER: u64 = 3000;
+const OVER: u64 = LEAD + 500;
 /// Clocks before the next tick at which the last edge has been played.
 const QUIET: u64 = 200;
 
@@ -143,15 +141,15 @@ impl Wired {
 }
 
 fn set_lines(board: &mut Board, at: u64, axis: usize, lines: Lines) {
-    board.set_at(at, ENCODER_A[axis], lines.a);
-    board.set_at(at, ENCODER_A[axis] + 1, lines.b);
-    board.set_at(at, ENCODER_Z[axis], lines.z);
+    board.set_at(at, AXES[axis].a, lines.a);
+    board.set_at(at, AXES[axis].a + 1, lines.b);
+    board.set_at(at, AXES[axis].z, lines.z);
 }
 
 fn set_contacts(board: &mut Board, at: u64, wires: &Wires) {
     for (axis, wires) in wires.axes.iter().enumerate() {
-        board.set_at(at, LIMIT_LOW[axis], wires.limit_low);
-        board.set_at(at, LIMIT_HIGH[axis], wires.limit_high);
+        board.set_at(at, AXES[axis].limit_low, wires.limit_low);
+        board.set_at(at, AXES[axis].limit_high, wires.limit_high);
     }
     board.set_at(at, DRIVE_FAULT, wires.axes.iter().any(|axis| axis.drive_fault));
     board.set_at(at, EMERGENCY_STOP, wires.emergency_stop);

@@ -9,6 +9,7 @@ use abbe_core::machine::{STATES, State};
 use abbe_core::{Command, Outputs, Pos, Status};
 use abbe_cosim::alone::Alone;
 use abbe_cosim::board::Telemetry;
+use abbe_cosim::board::design::NOT_ENABLE;
 use abbe_cosim::image::Image;
 use abbe_cosim::wired::{Pulses, Wired};
 use abbe_twin::{Event, Plant, Twin};
@@ -230,17 +231,58 @@ fn a_limit_an_encoder_lost_a_stalled_tick_and_garbage_are_met_safely() {
     assert_eq!(ask(&mut wired, "move 1 0.2"), "error: the zero is not known; home first");
 
     // Core 1 hangs in a tick with the drives on: core 0 switches them off within its three milliseconds.
-    assert!(wired.last().on && !wired.board.is_high(abbe_cosim::board::NOT_ENABLE));
+    assert!(wired.last().on && !wired.board.is_high(NOT_ENABLE));
     wired.board.run_without_core_1(600_000);
-    assert!(
-        wired.board.is_high(abbe_cosim::board::NOT_ENABLE),
-        "4.8 ms without a tick and the drives are on"
-    );
+    assert!(wired.board.is_high(NOT_ENABLE), "4.8 ms without a tick and the drives are on");
     assert!(wired.board.emitters_since().is_none());
     wired.board.run_to_next_tick(20).unwrap();
     wired.board.run_to_next_tick(20).unwrap();
     let now = wired.board.telemetry();
     assert!(now.fault && !now.on && now.missed > 40, "{now:?}");
+}
+
+#[test]
+fn every_way_to_switch_off_reaches_the_pin() {
+    let mut wired = wired(4);
+    let is_off = |wired: &Wired| wired.board.is_high(NOT_ENABLE) && wired.board.emitters_since().is_none();
+    assert!(is_off(&wired), "the drives are on at power-on");
+    for (happens, is_over, words) in [
+        (
+            Event::EmergencyStop { pressed: true },
+            Event::EmergencyStop { pressed: false },
+            "fault emergency stop",
+        ),
+        (
+            Event::DriveFault { axis: 1, faulty: true },
+            Event::DriveFault { axis: 1, faulty: false },
+            "the power stage reports a fault",
+        ),
+        (
+            Event::MoveSwitch { axis: 1, um: 1000.0 },
+            Event::MoveSwitch { axis: 1, um: -1000.0 },
+            "y: low limit switch",
+        ),
+    ] {
+        assert_eq!(ask(&mut wired, "on"), "ok");
+        until(&mut wired, "on", |now| now.on);
+        wired.tick(latest).unwrap();
+        assert!(!wired.board.is_high(NOT_ENABLE));
+        wired.twin.happen(happens);
+        until(&mut wired, "off", |now| now.fault && !now.on);
+        assert!(is_off(&wired), "{words}");
+        let status = ask(&mut wired, "status");
+        assert!(status.starts_with("fault ") && status.contains(words), "{status}");
+        wired.twin.happen(is_over);
+        for _ in 0..100 {
+            wired.tick(latest).unwrap();
+        }
+        assert_eq!(ask(&mut wired, "reset"), "ok");
+        assert!(ask(&mut wired, "status").starts_with("off "));
+    }
+    assert_eq!(ask(&mut wired, "on"), "ok");
+    until(&mut wired, "on", |now| now.on);
+    assert_eq!(ask(&mut wired, "off"), "ok");
+    assert!(is_off(&wired));
 }
 
 #[test]
@@ -257,7 +299,7 @@ fn a_tick_that_overruns_switches_off_and_says_so() {
     wired.board.run_to_next_tick(20).unwrap();
     let now = wired.board.telemetry();
     assert!(now.fault && !now.on && now.missed >= 1, "{now:?}");
-    assert!(wired.board.is_high(abbe_cosim::board::NOT_ENABLE));
+    assert!(wired.board.is_high(NOT_ENABLE));
     wired.board.say(b"status\n");
     let mut lines = Vec::new();
     for _ in 0..600 {

@@ -25,6 +25,9 @@ use core::fmt;
 /// Longest request, bytes.
 pub const LONGEST: usize = 64;
 
+/// Longest answer, bytes, without its line end (`no_answer_is_longer_than_said`).
+pub const LONGEST_ANSWER: usize = 400;
+
 /// What a line asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request {
@@ -183,6 +186,8 @@ pub enum Answer<'a> {
     Status(StatusLine<'a>),
     /// The words.
     Help,
+    /// No tick has answered: it has stalled.
+    NoTick,
 }
 
 impl fmt::Display for Answer<'_> {
@@ -203,6 +208,9 @@ impl fmt::Display for Answer<'_> {
             }
             Self::Status(line) => fmt::Display::fmt(line, f),
             Self::Help => f.write_str(HELP),
+            Self::NoTick => f.write_str(
+                "error: the tick has stalled and the drives are off; the board starts anew by itself",
+            ),
         }
     }
 }
@@ -264,6 +272,7 @@ fn letters<const N: usize>(f: &mut fmt::Formatter<'_>, flags: [(bool, &str); N])
 #[cfg(test)]
 mod tests {
     use super::*;
+    use abbe_core::publish::{End, Fault, HomingFailure};
     use proptest::prelude::*;
 
     fn command(line: &str) -> Result<Option<Request>, Mistake> {
@@ -331,6 +340,58 @@ mod tests {
             lines(&[b'x'; 64].iter().copied().chain(*b"\n").collect::<Vec<_>>())[0].as_ref().unwrap().len(),
             64
         );
+    }
+
+    #[test]
+    fn a_byte_that_was_lost_spoils_its_line_only() {
+        let (mut lines, mut seen) = (Lines::default(), Vec::new());
+        lines.spoil();
+        for &byte in b"ome\nhome\n" {
+            lines.push(byte, |line| seen.push(line.map(<[u8]>::to_vec)));
+        }
+        assert_eq!(seen, [Err(Mistake::NotText), Ok(b"home".to_vec())]);
+    }
+
+    #[test]
+    fn no_answer_is_longer_than_said() {
+        let far = Pos::from_pm(i64::MIN);
+        let faults = [
+            Fault::EmergencyStop,
+            Fault::TickOverrun { missed: u32::MAX },
+            Fault::HostGone,
+            Fault::PlanMissing,
+            Fault::DriveFault { axis: 0 },
+            Fault::LimitSwitch { axis: 0, end: End::High },
+            Fault::SoftLimit { axis: 0, position: far },
+            Fault::FollowingError { axis: 0, error: far },
+            Fault::EncoderLost { axis: 0 },
+            Fault::EncoderIllegal { axis: 0, transitions: u16::MAX },
+            Fault::Stall { axis: 0 },
+            Fault::Homing { axis: 0, failure: HomingFailure::SwitchNotFound },
+            Fault::Homing { axis: 0, failure: HomingFailure::SwitchStuck },
+            Fault::Homing { axis: 0, failure: HomingFailure::IndexNotFound },
+        ];
+        let config = abbe_core::design::StageSettings::<2>::default().build().unwrap();
+        let mut status = abbe_core::Controller::new(config).status();
+        status.tick = u32::MAX;
+        status.move_number = u32::MAX;
+        status.state = abbe_core::machine::State::Settling;
+        for axis in &mut status.axes {
+            axis.position = far;
+            axis.following_error = far;
+            (axis.homed, axis.limit_low, axis.limit_high) = (true, true, true);
+        }
+        // As long as the longest note of a board.
+        let board = "the tick stalled and the drives were switched off";
+        for fault in faults {
+            status.fault = Some(fault);
+            let line = Answer::Status(StatusLine { status: &status, board }).to_string();
+            assert!(line.len() <= LONGEST_ANSWER, "{} {line}", line.len());
+            let refused = Answer::Command(Err(Refusal::InFault(fault)), &Command::Home).to_string();
+            assert!(refused.len() <= LONGEST_ANSWER);
+        }
+        let refusal = Refusal::OutOfTravel { axis: 0, asked: far, low: far, high: far };
+        assert!(Answer::Command(Err(refusal), &Command::Home).to_string().len() <= LONGEST_ANSWER);
     }
 
     proptest! {

@@ -6,8 +6,8 @@ mod common;
 
 use abbe_core::edge::{Actuation, AxisOutputs, StepRate};
 use abbe_core::{Command, Outputs, Pos};
-use abbe_twin::Twin;
 use abbe_twin::instruments::Interferometer;
+use abbe_twin::{Plant, Twin};
 use common::{PRESET, Stage, plant};
 
 /// Least imperfections of `microscope-100`, as keys of the preset.

@@ -16,17 +16,18 @@ pub const BAUD: u32 = 115_200;
 /// Samples of the PIO receiver in a bit.
 pub const SAMPLES_PER_BIT: u32 = 8;
 
-/// How often the receiver's words are taken, µs: five bytes at most, and it keeps eight.
+/// How often the receiver's words are taken and the ticks are looked for, µs: five bytes at most, and it keeps eight.
 pub const RECEIVE_US: u32 = 400;
 /// How often core 0 looks into its queues, µs: two ticks. Between two looks it sleeps.
 pub const POLL_US: u64 = 200;
-/// How often core 0 looks whether core 1 still ticks, µs.
-pub const WATCH_US: u64 = 1000;
-/// So many looks without a tick are a stall: more than the longest critical section of core 0, less than a slide needs
-/// for its stopping distance.
-pub const STALLED_LOOKS: u32 = 3;
-/// The chip starts anew when core 0 has not fed the watchdog for this long, µs.
-pub const WATCHDOG_US: u32 = 50_000;
+/// So many looks of [`RECEIVE_US`] without a tick are a stall: 3.2 ms, in which a slide at full speed goes 0.06 mm.
+pub const STALLED_LOOKS: u32 = 8;
+/// How often core 0 feeds the watchdog, µs.
+pub const FEED_US: u64 = 5000;
+/// The chip starts anew when it has not been fed for this long, µs: longer than starting the board takes.
+pub const WATCHDOG_US: u32 = 200_000;
+/// A request is answered by two ticks; when none has answered it after this long, it never will, µs.
+pub const ANSWER_US: u64 = 20_000;
 
 /// Pins of one axis.
 pub struct AxisPins {

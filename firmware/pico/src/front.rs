@@ -68,8 +68,6 @@ impl Front {
                 enable_drives(true);
                 pio::start(pac::PIO1, EMITTERS);
             }
-        } else if self.on {
-            stop_pulses();
         }
         self.on = self.wanted_on;
     }
@@ -82,7 +80,7 @@ impl Front {
             inputs.illegal = reading.illegal;
             inputs.glitches = reading.glitches;
             inputs.index = reading.index;
-            // Those of the running tick have just begun.
+            // Those of the running tick begin a little later.
             inputs.pulses = axis.emitter.pulses_at(0);
         }
         let levels = pins::levels();
@@ -100,6 +98,10 @@ impl Front {
         self.wanted_on = outputs.axes.iter().any(|axis| axis.enable);
         if !self.wanted_on {
             enable_drives(false);
+            if self.on {
+                stop_pulses();
+                self.on = false;
+            }
         }
         for (axis, output) in self.axes.iter_mut().zip(&outputs.axes) {
             axis.prepare(output, self.on);
@@ -175,9 +177,15 @@ fn drain(machine: usize, place: &mut [u32]) -> usize {
     taken
 }
 
-/// Stops the emitters where they are, with STEP low, and forgets the pulses that wait. From either core.
-pub fn stop_pulses() {
+/// Halts the emitters where they are; from either core. Core 1, when it comes back, finds that it is late and does the
+/// rest.
+pub fn halt_emitters() {
     pio::stop(pac::PIO1, EMITTERS);
+}
+
+/// Stops the emitters, with STEP low, and forgets the pulses that wait.
+fn stop_pulses() {
+    halt_emitters();
     for machine in 0..2 {
         pio::side_low(pac::PIO1, machine);
         pio::forget_words(pac::PIO1, machine);

@@ -4,13 +4,13 @@
 //! |---|---|---|
 //! | PIO | decoders, index latches, step emitters, serial receiver | `front.rs`, `pio.rs`, `pio/` |
 //! | core 1 | the tick, 10 kHz, by an interrupt of the timer; owns the controller | `tick.rs` |
-//! | core 0 | serial port, planning, and a watch over core 1 | `serial.rs`, `planner.rs`, `watch.rs` |
+//! | core 0 | serial port, planning, and a watch over core 1 in an interrupt | `serial.rs`, `planner.rs`, `watch.rs` |
 //! | between | queues one way and the other, a snapshot behind a seqlock | `shared.rs` |
 //! | for a debugger | the last tick in words | `telemetry.rs` |
 //!
-//! Every pin and every number of time stands in `design.rs`. The drives are off from the first instruction on
-//! (`safety.rs`) and go off by themselves when the tick stalls: no pulses without fresh words, no torque after three
-//! milliseconds, a new start after fifty.
+//! Every pin and every number of time stands in `design.rs`. A resistor holds the drives off until `main`'s first line
+//! does (`safety.rs`), and they go off by themselves when the tick stalls: no pulses without fresh words, no torque after
+//! 3.2 milliseconds, a new start after 200.
 #![no_std]
 #![no_main]
 
@@ -43,6 +43,8 @@ fn main() -> ! {
     safety::drives_off_before_all_else();
     let chip = embassy_rp::init(embassy_rp::config::Config::default());
     safety::drives_off();
+    let mut watchdog = Watchdog::new(chip.WATCHDOG);
+    watch::begin(&mut watchdog);
     pins::set_up();
     serial::set_up();
     let front = front::Front::set_up();
@@ -68,16 +70,20 @@ fn main() -> ! {
     let Some(place) = executor else { safety::last_resort() };
     let executor = place.insert(Executor::new());
     executor.run(|spawner| {
-        // Each is spawned once: there is a place for it.
-        _ = watch(Watchdog::new(chip.WATCHDOG)).map(|task| spawner.spawn(task));
-        _ = answer_lines(lines).map(|task| spawner.spawn(task));
-        _ = plan_moves(wanted_out, plans_in).map(|task| spawner.spawn(task));
+        let (Ok(feed), Ok(lines), Ok(plans)) =
+            (feed(watchdog), answer_lines(lines), plan_moves(wanted_out, plans_in))
+        else {
+            safety::last_resort()
+        };
+        spawner.spawn(feed);
+        spawner.spawn(lines);
+        spawner.spawn(plans);
     })
 }
 
 #[task]
-async fn watch(watchdog: Watchdog) {
-    watch::watch_the_tick(watchdog).await;
+async fn feed(watchdog: Watchdog) {
+    watch::feed(watchdog).await;
 }
 
 #[task]

@@ -166,11 +166,11 @@ fn in_one_write(block: Pio, alias: usize, bits: pac::pio::regs::Ctrl) {
     unsafe { register.write_volatile(bits) };
 }
 
-/// Throws away what waits for and from a machine: turning a join over and back empties both ways.
+/// Throws away what waits for a machine whose FIFO is joined for sending: undoing the join and doing it again empties it.
 pub fn forget_words(block: Pio, machine: usize) {
     let shift = block.sm(machine % MACHINES).shiftctrl();
-    shift.modify(|w| w.set_fjoin_tx(!w.fjoin_tx()));
-    shift.modify(|w| w.set_fjoin_tx(!w.fjoin_tx()));
+    shift.modify(|w| w.set_fjoin_tx(false));
+    shift.modify(|w| w.set_fjoin_tx(true));
 }
 
 /// A word from a machine, if there is one.

@@ -1,11 +1,11 @@
 //! The plain serial port: bytes in by a PIO program, lines out by the UART.
 
-use crate::design::{BAUD, CLOCK_HZ, POLL_US, RECEIVE_US, SAMPLES_PER_BIT};
+use crate::design::{ANSWER_US, BAUD, CLOCK_HZ, POLL_US, RECEIVE_US, SAMPLES_PER_BIT};
 use crate::front::SERIAL_MACHINE;
 use crate::pio;
 use crate::shared::{BYTES, LAST_HEARD, Note, PLACES, Received, STATUS, TICKS, Taken};
 use abbe_core::Command;
-use abbe_proto::plain::{Answer, Lines, Request, StatusLine, parse};
+use abbe_proto::plain::{Answer, LONGEST_ANSWER, Lines, Request, StatusLine, parse};
 use core::cell::UnsafeCell;
 use core::fmt::Write;
 use core::sync::atomic::Ordering;
@@ -22,9 +22,6 @@ pub struct Queues {
     /// Their answers.
     pub answers: Consumer<'static, Taken, PLACES>,
 }
-
-/// Longest answer, its line end included.
-const LONGEST_ANSWER: usize = 320;
 
 /// Sets up the hardware's UART for sending: 8 data bits, no parity, one stop bit.
 pub fn set_up() {
@@ -78,6 +75,7 @@ fn ring_again() {
 fn TIMER_IRQ_2() {
     pac::TIMER.intr().write(|w| w.set_alarm(ALARM, true));
     ring_again();
+    crate::watch::look();
     // SAFETY: enabled on core 0 alone, after the place was filled; it does not interrupt itself.
     let Some(queue) = (unsafe { &mut *RECEIVER.0.get() }) else { return };
     while let Some(word) = pio::take(pac::PIO1, SERIAL_MACHINE) {
@@ -129,33 +127,38 @@ async fn answer(line: &[u8], queues: &mut Queues) {
         Ok(Some(Request::Status)) => send_status().await,
         Ok(Some(Request::Command(command))) => {
             let taken = ask(command, queues).await;
-            if command == Command::Reset {
+            if command == Command::Reset && matches!(taken, Some(Ok(_))) {
                 Note::Nothing.say();
             }
-            send(&Answer::Command(taken, &command)).await;
+            match taken {
+                Some(taken) => send(&Answer::Command(taken, &command)).await,
+                None => send(&Answer::NoTick).await,
+            }
         }
         Err(mistake) => send(&Answer::Mistake(mistake)).await,
     }
 }
 
-/// Hands a request to the tick and waits for its answer: two ticks, unless the tick has stalled.
-async fn ask(command: Command<2>, queues: &mut Queues) -> Taken {
-    while queues.commands.enqueue(command).is_err() {
-        Timer::after_micros(POLL_US).await;
-    }
-    loop {
+/// Hands a request to the tick and waits for its answer; none if no tick gives one.
+async fn ask(command: Command<2>, queues: &mut Queues) -> Option<Taken> {
+    // What a stalled tick answered late belongs to nobody.
+    while queues.answers.dequeue().is_some() {}
+    queues.commands.enqueue(command).ok()?;
+    for _ in 0..ANSWER_US / POLL_US {
         if let Some(taken) = queues.answers.dequeue() {
-            return taken;
+            return Some(taken);
         }
         Timer::after_micros(POLL_US).await;
     }
+    None
 }
 
 async fn send_status() {
     let status = loop {
-        match STATUS.read() {
+        match STATUS.read().flatten() {
             Some(status) => break status,
-            // The first tick is not over yet.
+            None if !crate::watch::ticks_come() => return send(&Answer::NoTick).await,
+            // The first tick is not over yet, or it is being written.
             None => Timer::after_micros(POLL_US).await,
         }
     };
@@ -165,7 +168,7 @@ async fn send_status() {
 
 async fn send(answer: &Answer<'_>) {
     let mut text: heapless::String<LONGEST_ANSWER> = heapless::String::new();
-    // An answer that did not fit ends where the buffer does.
+    // Every answer fits (`no_answer_is_longer_than_said`).
     _ = write!(text, "{answer}");
     for &byte in text.as_bytes().iter().chain(b"\r\n") {
         while pac::UART0.uartfr().read().txff() {

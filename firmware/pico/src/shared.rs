@@ -101,7 +101,10 @@ impl Note {
     }
 }
 
-/// A value with one writer and any number of readers, none of which waits for the writer longer than one copy.
+/// Copies that a reader tries; a writer disturbs two in a row only when it writes ever faster than once a tick.
+const TRIES: usize = 8;
+
+/// A value with one writer and any number of readers, none of which waits for the writer.
 pub struct SeqLock<T> {
     /// Odd while the value is being written.
     sequence: AtomicU32,
@@ -128,9 +131,9 @@ impl<T: Copy> SeqLock<T> {
         self.sequence.store(sequence.wrapping_add(2), Ordering::Relaxed);
     }
 
-    /// A whole value, the latest or the one before.
-    pub fn read(&self) -> T {
-        loop {
+    /// A whole value, the latest or the one before; none when the writer does not finish.
+    pub fn read(&self) -> Option<T> {
+        for _ in 0..TRIES {
             let before = self.sequence.load(Ordering::Acquire);
             fence(Ordering::SeqCst);
             // SAFETY: the copy may be torn; it is used only when the sequence says that it is not. `T: Copy` has no
@@ -140,8 +143,9 @@ impl<T: Copy> SeqLock<T> {
             let after = self.sequence.load(Ordering::Relaxed);
             if before == after && before.is_multiple_of(2) {
                 // SAFETY: nobody wrote between the two looks, so the copy is a value that was written whole.
-                return unsafe { copy.assume_init() };
+                return Some(unsafe { copy.assume_init() });
             }
         }
+        None
     }
 }

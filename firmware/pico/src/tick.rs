@@ -119,6 +119,21 @@ impl Tick {
         }
     }
 
+    /// Before a tick that comes later than the next one was due, nothing it would release may take effect.
+    fn skip_what_is_late(&mut self) {
+        while has_come(self.due_us.wrapping_add(TICK_US)) {
+            self.skip();
+        }
+    }
+
+    /// Passes over a tick whose time has passed: the controller sees it by the number, the drives do not wait for it.
+    fn skip(&mut self) {
+        self.number = self.number.wrapping_add(1);
+        self.due_us = self.due_us.wrapping_add(TICK_US);
+        self.counts.missed = self.counts.missed.wrapping_add(1);
+        self.front.abandon();
+    }
+
     /// Sets the next alarm; ticks whose time has passed meanwhile are missed, and the controller sees that by the
     /// number.
     fn schedule(&mut self) {
@@ -128,11 +143,8 @@ impl Tick {
         pac::TIMER.alarm(ALARM).write_value(self.due_us);
         // An alarm in the past would not ring for 71 minutes.
         while has_come(self.due_us) {
-            self.number = self.number.wrapping_add(1);
-            self.due_us = self.due_us.wrapping_add(TICK_US);
+            self.skip();
             pac::TIMER.alarm(ALARM).write_value(self.due_us);
-            self.counts.missed = self.counts.missed.wrapping_add(1);
-            self.front.abandon();
         }
     }
 }
@@ -169,6 +181,7 @@ fn TIMER_IRQ_1() {
     if let Some(tick) = unsafe { &mut *TICK.0.get() }
         && has_come(tick.due_us)
     {
+        tick.skip_what_is_late();
         tick.tick();
         tick.schedule();
     }
