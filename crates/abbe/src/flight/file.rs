@@ -104,6 +104,11 @@ pub(crate) enum RecordingError {
     Altered { found: u32, written: u32 },
     #[error("abbe {recorded} recorded it and this is abbe {here}; replay it with the abbe that recorded it")]
     Program { recorded: String, here: &'static str },
+    #[error(
+        "its inputs are of version {} and its blocks of version {}, this abbe's of {EDGE_VERSION} and {FORMAT}; replay it with the abbe that recorded it",
+        recorded.0, recorded.1
+    )]
+    Edge { recorded: (u16, u8) },
     #[error("another build of abbe {here} recorded it, whose controller is kept in another form; replay it with that one", here = PROGRAM)]
     Layout,
     #[error("the stage it was recorded on is none: {0}")]
@@ -144,10 +149,16 @@ impl Recording {
 
     /// Reads a file. Everything is checked before anything is believed.
     pub(crate) fn of_bytes(file: &[u8]) -> Result<Self, RecordingError> {
-        let body: Body = whole(postcard::take_from_bytes(body_of(file)?)?)?;
-        if body.program != PROGRAM || body.edge != EDGE_VERSION || body.format != FORMAT {
-            return Err(RecordingError::Program { recorded: body.program, here: PROGRAM });
+        let bytes = body_of(file)?;
+        // Who recorded it stands first, and is looked at before the rest, which another program may have in another form.
+        let ((program, edge, format), _): ((String, u16, u8), _) = postcard::take_from_bytes(bytes)?;
+        if program != PROGRAM {
+            return Err(RecordingError::Program { recorded: program, here: PROGRAM });
         }
+        if (edge, format) != (EDGE_VERSION, FORMAT) {
+            return Err(RecordingError::Edge { recorded: (edge, format) });
+        }
+        let body: Body = whole(postcard::take_from_bytes(bytes)?)?;
         let config = body.origin.settings.build().map_err(RecordingError::Stage)?;
         if body.layout != snapshot::layout(&config)? {
             return Err(RecordingError::Layout);
@@ -273,7 +284,8 @@ mod tests {
         let told = |error: RecordingError| error.to_string();
         assert!(told(forged(|body| body.program = "9.9.9".into())).starts_with("abbe 9.9.9 recorded it"));
         assert!(matches!(forged(|body| body.layout ^= 1), RecordingError::Layout));
-        assert!(matches!(forged(|body| body.edge += 1), RecordingError::Program { .. }));
+        assert!(told(forged(|body| body.edge += 1)).starts_with("its inputs are of version 2"));
+        assert!(told(forged(|body| body.format += 1)).contains("its blocks of version 2"));
         assert!(told(forged(|body| body.origin.settings.tick_hz = -1.0)).contains("tick_hz"));
         assert!(told(forged(|body| body.stretches.clear())).contains("nothing was recorded"));
         assert!(told(forged(|body| body.stretches[0].length = 5)).contains("unpacked"));
