@@ -165,10 +165,10 @@ fn homing_and_a_move_are_those_of_the_twin_alone_tick_by_tick() {
     // The twin alone is a step ahead.
     let expected = alone.pulses();
     wired.tick(|_| expected).unwrap();
-    // The judge: both stages stand at the same place, where they were asked to be but for the scale's own errors.
+    // The judge: both stages stand at the same place, and the slides where they were asked to be but for their scales' errors.
     assert_eq!(wired.twin.truth(), alone.twin.truth());
-    for (place, asked) in wired.twin.truth().table_um.iter().zip([350.0, 125.0]) {
-        assert!((place - asked).abs() < 5.0, "{place} µm");
+    for (slide, asked) in wired.twin.truth().slides_um.iter().zip([350.0, 125.0]) {
+        assert!((slide - asked).abs() < 5.0, "{slide} µm");
     }
     println!("longest tick {} µs of 100, from when it was due to its end", wired.last().longest_us);
     assert!(wired.last().longest_us < 100 && wired.last().missed == 0, "{:?}", wired.last());
