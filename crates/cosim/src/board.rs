@@ -106,8 +106,7 @@ impl Board {
             heard: Vec::new(),
             deepest: [u32::MAX; 2],
         };
-        let low =
-            AXES.iter().flat_map(|axis| [axis.a, axis.a + 1, axis.z, axis.limit_low, axis.limit_high]);
+        let low = AXES.iter().flat_map(|axis| [axis.a, axis.a + 1, axis.z, axis.limit_low, axis.limit_high]);
         for pin in low.chain([DRIVE_FAULT, EMERGENCY_STOP]) {
             board.set(pin, false);
         }
