@@ -196,9 +196,9 @@ impl Board {
         let rose = pins & !self.step_pins;
         self.step_pins = pins;
         let between = [before, self.clock()];
-        for axis in 0..2 {
-            if rose & (1 << AXES[axis].step) != 0 {
-                self.rises[axis].push(Rise { between, up: pins & (1 << AXES[axis].direction) != 0 });
+        for (axis, rises) in AXES.iter().zip(&mut self.rises) {
+            if rose & (1 << axis.step) != 0 {
+                rises.push(Rise { between, up: pins & (1 << axis.direction) != 0 });
             }
         }
     }
