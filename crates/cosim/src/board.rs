@@ -52,6 +52,8 @@ pub struct Telemetry {
     pub missed: u32,
     /// Clock at which the tick was due.
     pub due: u64,
+    /// Ticks that the slowest plan took to come.
+    pub planning: u32,
 }
 
 /// A rise of a STEP pin.
@@ -78,6 +80,31 @@ pub struct Board {
     line_free: u64,
     heard: Vec<u8>,
     deepest: [u32; 2],
+    interrupt: Interrupt,
+}
+
+/// Cycles that core 1 takes for an interrupt, which is a tick and all around it: sensors, telemetry, pulses.
+///
+/// Seen every [`QUANTUM`], so each is up to twice that too short or too long.
+#[derive(Clone, Debug, Default)]
+struct Interrupt {
+    /// Cycles of the core when it began, while one runs.
+    began: Option<u64>,
+    /// Cycles of each that is over.
+    over: Vec<u32>,
+}
+
+impl Interrupt {
+    fn look(&mut self, running: bool, cycles: u64) {
+        match (running, self.began) {
+            (true, None) => self.began = Some(cycles),
+            (false, Some(began)) => {
+                self.over.push((cycles - began) as u32);
+                self.began = None;
+            }
+            _ => {}
+        }
+    }
 }
 
 impl Board {
@@ -105,6 +132,7 @@ impl Board {
             line_free: 0,
             heard: Vec::new(),
             deepest: [u32::MAX; 2],
+            interrupt: Interrupt::default(),
         };
         let low = AXES.iter().flat_map(|axis| [axis.a, axis.a + 1, axis.z, axis.limit_low, axis.limit_high]);
         for pin in low.chain([DRIVE_FAULT, EMERGENCY_STOP]) {
@@ -176,6 +204,8 @@ impl Board {
                 *deepest = (*deepest).min(core.regs.r[13]);
             }
         }
+        let core = &self.emulator.cores[1];
+        self.interrupt.look(core.regs.in_handler_mode(), core.cycles());
     }
 
     fn set_what_is_due(&mut self, now: u64) {
@@ -231,6 +261,7 @@ impl Board {
             longest_us: word(14),
             missed: word(15),
             due: u64::from(word(16)) * (CLOCK_HZ / 1_000_000),
+            planning: word(17),
         }
     }
 
@@ -272,6 +303,11 @@ impl Board {
     /// The lowest stack pointer of each core so far.
     pub fn deepest_stacks(&self) -> [u32; 2] {
         self.deepest
+    }
+
+    /// Cycles of each interrupt of core 1 so far.
+    pub fn interrupts(&self) -> &[u32] {
+        &self.interrupt.over
     }
 
     /// Whether a core ended in a hard fault.

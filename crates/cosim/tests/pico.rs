@@ -4,6 +4,7 @@
 #![cfg(feature = "images")]
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+use abbe_core::background::PLANNING_TICKS;
 use abbe_core::edge::{Actuation, StepRate};
 use abbe_core::machine::{STATES, State};
 use abbe_core::{Command, Outputs, Pos, Status};
@@ -16,6 +17,8 @@ use abbe_twin::{Event, Plant, Twin};
 use std::path::PathBuf;
 
 const PRESET: &str = include_str!("../../../presets/microscope-100.toml");
+/// Cycles that an interrupt of core 1 may take: four fifths of a tick. docs/adr/0011-cycle-budget.md.
+const INTERRUPT_CYCLES: u32 = 10_000;
 /// No wait takes more ticks.
 const LONGEST: u32 = 90_000;
 
@@ -172,6 +175,18 @@ fn homing_and_a_move_are_those_of_the_twin_alone_tick_by_tick() {
     }
     println!("longest tick {} µs of 100, from when it was due to its end", wired.last().longest_us);
     assert!(wired.last().longest_us < 100 && wired.last().missed == 0, "{:?}", wired.last());
+    interrupts_are_within_their_budget(wired.board.interrupts());
+    println!("slowest plan after {} of {PLANNING_TICKS} ticks", wired.last().planning);
+    assert!((1..PLANNING_TICKS).contains(&wired.last().planning), "{:?}", wired.last());
+}
+
+/// The tick with all around it: sensors, pulses, status and telemetry.
+fn interrupts_are_within_their_budget(interrupts: &[u32]) {
+    let mut sorted = interrupts.to_vec();
+    sorted.sort_unstable();
+    let [median, worst] = [sorted.len() / 2, sorted.len() - 1].map(|place| sorted[place]);
+    println!("interrupt of core 1: median {median}, worst {worst} of {INTERRUPT_CYCLES} cycles");
+    assert!(worst <= INTERRUPT_CYCLES, "{worst} cycles");
 }
 
 #[test]

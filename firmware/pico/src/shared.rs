@@ -121,12 +121,12 @@ impl<T: Copy> SeqLock<T> {
     }
 
     /// Replaces the value. To be called from one place only: the tick.
-    pub fn write(&self, value: T) {
+    pub fn write(&self, value: &T) {
         let sequence = self.sequence.load(Ordering::Relaxed);
         self.sequence.store(sequence.wrapping_add(1), Ordering::Relaxed);
         fence(Ordering::SeqCst);
         // SAFETY: the tick is the only writer, and readers that look meanwhile see the odd number and try again.
-        unsafe { self.value.get().write_volatile(value) };
+        unsafe { self.value.get().copy_from_nonoverlapping(value, 1) };
         fence(Ordering::SeqCst);
         self.sequence.store(sequence.wrapping_add(2), Ordering::Relaxed);
     }

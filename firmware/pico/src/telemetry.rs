@@ -6,7 +6,7 @@ use abbe_core::{Outputs, Status};
 use core::sync::atomic::{AtomicU32, Ordering};
 
 /// Words of [`ABBE_TELEMETRY`].
-const WORDS: usize = 17;
+const WORDS: usize = 18;
 
 /// | word | holds |
 /// |---|---|
@@ -22,6 +22,7 @@ const WORDS: usize = 17;
 /// | 14 | longest tick so far, µs |
 /// | 15 | ticks missed so far |
 /// | 16 | time at which the tick was due, µs |
+/// | 17 | ticks from asking for a plan to its coming, the most so far |
 #[unsafe(no_mangle)]
 static ABBE_TELEMETRY: [AtomicU32; WORDS] = [const { AtomicU32::new(0) }; WORDS];
 
@@ -34,6 +35,8 @@ pub struct Counts {
     pub longest_us: u32,
     /// Ticks missed.
     pub missed: u32,
+    /// Ticks that the slowest plan took to come.
+    pub planning: u32,
 }
 
 /// A tick that is over.
@@ -74,6 +77,7 @@ pub fn write(tick: &Over<'_>) {
         counts.longest_us,
         counts.missed,
         due_us,
+        counts.planning,
     ];
     for (place, word) in ABBE_TELEMETRY.iter().skip(1).zip(words) {
         place.store(word, Ordering::Relaxed);

@@ -8,7 +8,7 @@ use crate::front::Front;
 use crate::shared::{LAST_HEARD, PLACES, Planned, STATUS, TICKS, Taken};
 use crate::telemetry::{self, Counts, Over};
 use abbe_core::background::MoveRequest;
-use abbe_core::{Command, Controller, Inputs};
+use abbe_core::{Command, Controller, Inputs, Outputs};
 use core::cell::UnsafeCell;
 use core::sync::atomic::Ordering;
 use embassy_rp::interrupt;
@@ -38,9 +38,16 @@ pub struct Tick {
     /// Number of this tick, and the time at which it was due, µs.
     number: u32,
     due_us: u32,
-    /// Last move for which a plan was asked.
-    asked: Option<u32>,
+    /// Last move for which a plan was asked, and when.
+    asked: Option<Asked>,
     counts: Counts,
+}
+
+/// A plan was asked for.
+#[derive(Clone, Copy)]
+struct Asked {
+    number: u32,
+    tick: u32,
 }
 
 /// A place for what only core 1 touches, once it is there.
@@ -75,15 +82,20 @@ impl Tick {
         let outputs = self.controller.tick(&inputs);
         self.front.prepare(&outputs);
         self.ask_for_plan();
-        let status = self.controller.status();
-        STATUS.write(Some(status));
-        telemetry::write(&Over {
-            status: &status,
-            outputs: &outputs,
-            counts: self.counts,
-            due_us: self.due_us,
-        });
+        self.tell(&outputs);
         TICKS.store(self.number, Ordering::Relaxed);
+    }
+
+    /// The snapshot for core 0, and the words for whoever looks into the memory.
+    ///
+    /// A function of its own: taken apart among the registers of the tick, a status costs twice the copying.
+    #[inline(never)]
+    fn tell(&self, outputs: &Outputs<2>) {
+        let status = Some(self.controller.status());
+        STATUS.write(&status);
+        if let Some(status) = &status {
+            telemetry::write(&Over { status, outputs, counts: self.counts, due_us: self.due_us });
+        }
     }
 
     fn inputs(&mut self) -> Inputs<2> {
@@ -107,15 +119,18 @@ impl Tick {
     fn take_plan(&mut self) {
         if let Some(Planned { number, plan, start }) = self.queues.plans.dequeue() {
             self.controller.take_plan(number, plan, start);
+            if let Some(asked) = self.asked {
+                self.counts.planning = self.counts.planning.max(self.number.wrapping_sub(asked.tick));
+            }
         }
     }
 
     fn ask_for_plan(&mut self) {
         if let Some(request) = self.controller.wanted_plan()
-            && self.asked != Some(request.number)
+            && self.asked.is_none_or(|asked| asked.number != request.number)
             && self.queues.wanted.enqueue(request).is_ok()
         {
-            self.asked = Some(request.number);
+            self.asked = Some(Asked { number: request.number, tick: self.number });
         }
     }
 

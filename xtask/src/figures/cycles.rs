@@ -31,23 +31,32 @@ fn table(costs: &[Cost]) -> String {
     text
 }
 
-/// The worst of each row that has a budget, whole tick last; the rows of `page` stay.
+/// The worst of each row that has a budget, whole tick last, below those of `page`. Rows that were measured with other
+/// stages or under another head keep their own table.
 fn history(costs: &[Cost], page: &str, today: &str, commit: &str) -> String {
     let judged: Vec<&Cost> = costs.iter().filter(|cost| cost.budget.is_some()).collect();
     let names: Vec<&str> = judged.iter().map(|cost| cost.name.as_str()).collect();
     let figures: Vec<String> = judged.iter().map(|cost| cost.worst.to_string()).collect();
-    let mut text = format!("{HEAD} {} |\n|---|---|{}\n", names.join(" | "), "---:|".repeat(names.len()));
-    for row in kept(page) {
-        _ = writeln!(text, "{row}");
+    let head = format!("{HEAD} {} |", names.join(" | "));
+    let mut text = kept(page);
+    if last_head(&text) != Some(&head) {
+        let space = if text.is_empty() { "" } else { "\n" };
+        _ = writeln!(text, "{space}{head}\n|---|---|{}", "---:|".repeat(names.len()));
     }
     _ = writeln!(text, "| {today} | {commit} | {} |", figures.join(" | "));
     text
 }
 
-/// The rows of the history that the page has already.
-fn kept(page: &str) -> impl Iterator<Item = &str> {
-    let below_head = page.lines().skip_while(|line| !line.starts_with(HEAD)).skip(2);
-    below_head.take_while(|line| line.starts_with('|'))
+/// The tables of the history that the page has already.
+fn kept(page: &str) -> String {
+    let from_head = page.lines().skip_while(|line| !line.starts_with(HEAD));
+    let lines: Vec<&str> = from_head.take_while(|line| line.is_empty() || line.starts_with('|')).collect();
+    let text = lines.join("\n");
+    if text.is_empty() { text } else { format!("{}\n", text.trim_end()) }
+}
+
+fn last_head(history: &str) -> Option<&str> {
+    history.lines().rfind(|line| line.starts_with(HEAD))
 }
 
 #[cfg(test)]
@@ -74,6 +83,17 @@ mod tests {
         let page = format!("{}\n{first}<!-- /figures:cycles -->\n| other | table |\n", table(&costs(5000)));
         let second = history(&costs(4000), &page, "2026-01-02", "def");
         assert_eq!(second, format!("{first}| 2026-01-02 | def | 4000 |\n"));
+    }
+
+    #[test]
+    fn rows_under_another_head_keep_their_table() {
+        let first = history(&costs(5000), "", "2026-01-01", "abc");
+        let mut others = costs(7);
+        others[0].budget = Some(9);
+        let both = history(&others, &first, "2026-01-02", "def");
+        let head = "| date | commit | guard | whole tick |\n|---|---|---:|---:|\n";
+        assert_eq!(both, format!("{first}\n{head}| 2026-01-02 | def | 7 | 7 |\n"));
+        assert_eq!(history(&others, &both, "x", "y"), format!("{both}| x | y | 7 | 7 |\n"));
     }
 
     #[test]

@@ -31,6 +31,8 @@ pub(crate) enum Topic {
     Twin,
     /// What a tick costs a Cortex-M0+, stage by stage; adds a row to the history.
     Cycles,
+    /// Hashes of all outputs of the golden traces, on every processor.
+    Golden,
     /// How fast the board's PIO programs are exact.
     Pio,
     /// What the images for boards use.
@@ -122,6 +124,7 @@ impl Topic {
             Self::Homing => "homing",
             Self::Twin => "twin",
             Self::Cycles => "cycles",
+            Self::Golden => "golden",
             Self::Pio => "pio",
             Self::Firmware => "firmware",
             Self::Cosim => "cosim",
@@ -135,6 +138,7 @@ impl Topic {
             Self::Homing => homing(root),
             Self::Twin => twin(root),
             Self::Cycles => cycles::section(root, page, &today()?, &commit(root)?),
+            Self::Golden => golden(root),
             Self::Pio => pio(root),
             Self::Firmware => images(root),
             Self::Cosim => cosim(root),
@@ -206,6 +210,15 @@ fn twin(root: &Path) -> Result<String> {
     Ok(format!("```text\n{}\n```", lines.trim_end()))
 }
 
+/// What `cargo xtask golden` prints.
+fn golden(root: &Path) -> Result<String> {
+    let mut command = cargo(root);
+    command.args(["run", "--quiet", "--release", "-p", "xtask", "--", "golden"]);
+    as_printed(&stdout_of(&mut command)?, |line| {
+        line.starts_with("scenario") || line.contains("equal") || line.contains("DIFFERS")
+    })
+}
+
 /// The tables that the example prints.
 fn pio(root: &Path) -> Result<String> {
     let mut command = cargo(root);
@@ -238,7 +251,9 @@ fn cosim(root: &Path) -> Result<String> {
     ]);
     command.args(["--", "--nocapture", "homing"]).env("ABBE_COSIM", "long");
     as_printed(&stdout_of(&mut command)?, |line| {
-        line.contains("ticks compared") || line.contains("longest tick")
+        ["ticks compared", "longest tick", "interrupt of core 1", "slowest plan"]
+            .iter()
+            .any(|said| line.contains(said))
     })
 }
 

@@ -56,7 +56,7 @@ impl Train {
     pub fn pulses_until(&self, clock: u32) -> u16 {
         let Some(since) = clock.checked_sub(self.first) else { return 0 };
         let long = self.gap.saturating_add(1);
-        let change = u32::from(self.longer).saturating_mul(long);
+        let change = times(u32::from(self.longer), long);
         let gaps = match since.checked_sub(change) {
             None => since.checked_div(long).unwrap_or(0),
             // Without a second pulse there is no gap, and the first is the last.
@@ -68,7 +68,7 @@ impl Train {
     /// Clock of the last pulse, 0 without one.
     pub fn last(&self) -> u32 {
         let gaps = u32::from(self.pulses.saturating_sub(1));
-        let way = self.gap.saturating_mul(gaps).saturating_add(u32::from(self.longer));
+        let way = times(self.gap, gaps).saturating_add(u32::from(self.longer));
         self.first.saturating_add(way)
     }
 
@@ -148,6 +148,9 @@ impl StepEmitter {
         let end = self.phase.saturating_add(rate);
         let to_next = PULSE.saturating_sub(self.phase);
         self.phase = end % PULSE;
+        if end < PULSE {
+            return Train::default();
+        }
         let first = self.share(to_next, rate).up();
         // The last leaves as long before the end as its remainder takes.
         let last = self.clocks.saturating_sub(self.share(self.phase, rate).down());
@@ -159,7 +162,10 @@ impl StepEmitter {
         let before = self.phase;
         // Pulses round up: the phase must not stay negative.
         let pulses = rate.saturating_sub(before).saturating_add(PULSE.saturating_sub(1)) / PULSE;
-        self.phase = before.saturating_add(pulses.saturating_mul(PULSE)).saturating_sub(rate);
+        self.phase = before.saturating_add(times(pulses, PULSE)).saturating_sub(rate);
+        if pulses == 0 {
+            return Train::default();
+        }
         let first = self.share(before, rate).down().saturating_add(1);
         let since = self.share(PULSE.saturating_sub(self.phase), rate).up();
         let last = self.clocks.saturating_sub(since).saturating_add(1);
@@ -175,24 +181,23 @@ impl StepEmitter {
             return train;
         }
         let first = train.first.max(DIRECTION_SETUP);
-        let closest = u32::from(train.pulses.saturating_sub(1)).saturating_mul(CLOSEST);
+        let closest = times(u32::from(train.pulses.saturating_sub(1)), CLOSEST);
         let last = train.last().max(first.saturating_add(closest));
         spread(Train { first, ..train }, last)
     }
 
-    /// Clocks in which the phase changes by `part` ≤ 2¹⁶, at `rate`. Asked only when `part` ≤ `rate`, or when no pulse
-    /// comes and nobody looks at the answer.
+    /// Clocks in which the phase changes by `part` ≤ 2¹⁶, at `rate` ≥ `part`.
     ///
     /// `part` · clocks has 33 bits. Half of the clocks fit, and what that division leaves is made up for: the Cortex-M0+
     /// has no 64-bit division.
     fn share(&self, part: u32, rate: u32) -> Share {
-        let half = part.saturating_mul(self.clocks / 2);
+        let half = times(part, self.clocks / 2);
         let quotient = half.checked_div(rate).unwrap_or(0);
-        let rest = half.saturating_sub(quotient.saturating_mul(rate));
+        let rest = half.saturating_sub(times(quotient, rate));
         let mut share = Share {
-            clocks: quotient.saturating_mul(2),
+            clocks: times(quotient, 2),
             // Below 3 · rate.
-            rest: rest.saturating_mul(2).saturating_add(part.saturating_mul(self.clocks % 2)),
+            rest: times(rest, 2).saturating_add(times(part, self.clocks % 2)),
         };
         for _ in 0..2 {
             if share.rest >= rate {
@@ -202,6 +207,12 @@ impl StepEmitter {
         }
         share
     }
+}
+
+/// A product that fits: of pulses and gaps of one tick, or of a phase and half of its clocks, below 2¹⁶ · 2¹⁶. A
+/// saturating one would be a call for a product of 64 bits on the Cortex-M0+.
+fn times(a: u32, b: u32) -> u32 {
+    a.wrapping_mul(b)
 }
 
 /// Whole clocks and what is left of one.
@@ -230,7 +241,7 @@ fn spread(train: Train, last: u32) -> Train {
     let gaps = u32::from(train.pulses).saturating_sub(1);
     let way = last.saturating_sub(train.first);
     let gap = way.checked_div(gaps).unwrap_or(0);
-    let longer = if gaps == 0 { 0 } else { way.saturating_sub(gap.saturating_mul(gaps)) };
+    let longer = if gaps == 0 { 0 } else { way.saturating_sub(times(gap, gaps)) };
     Train { gap, longer: longer as u16, ..train }
 }
 
