@@ -1,5 +1,17 @@
 //! Sense: from the hardware counter to a position in the scale frame.
 
+pub mod correct;
+pub mod ellipse;
+pub mod harmonics;
+pub mod limit;
+pub mod moments;
+pub mod peaks;
+pub mod periods;
+pub mod phase;
+pub mod recursive;
+mod solve;
+pub mod subdivide;
+
 use crate::edge::AxisInputs;
 use crate::units::{Counts, Pos};
 use crate::wide;

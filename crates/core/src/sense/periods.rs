@@ -1,0 +1,243 @@
+//! From phases, which know no period, to a position that counts them.
+//!
+//! With a counter (row A3) its count says which period, and the phase says where in it: [`Join`]. Without one the phase
+//! is followed from sample to sample: [`Unwrap`].
+
+use super::phase::Phase;
+use crate::wide;
+
+/// A position in signal periods, 32 fractional bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Periods(pub i64);
+
+/// One period.
+const PERIOD: i64 = 1 << 32;
+/// A count of a 4× decoder.
+const QUARTER: i64 = PERIOD / 4;
+
+impl Periods {
+    /// The position with this phase that is nearest to this one: less than half a period away.
+    #[inline]
+    #[must_use]
+    pub const fn nearest(self, phase: Phase) -> Self {
+        let way = phase.0.wrapping_sub(self.0 as u32).cast_signed();
+        Self(self.0.wrapping_add(way as i64))
+    }
+
+    /// The part of a period.
+    #[inline]
+    pub const fn phase(self) -> Phase {
+        Phase(self.0 as u32)
+    }
+
+    /// From another position to this one.
+    #[inline]
+    pub const fn way_from(self, other: Self) -> i64 {
+        self.0.wrapping_sub(other.0)
+    }
+
+    /// Picometres, for a period of `period_pm`, rounded down.
+    #[inline]
+    pub const fn pm(self, period_pm: i32) -> i64 {
+        let whole = wide::mul_i32((self.0 >> 32) as i32, period_pm);
+        let part = wide::mul_u32(self.0 as u32, period_pm.cast_unsigned()) >> 32;
+        whole.wrapping_add(part.cast_signed())
+    }
+
+    /// Periods as a number. For the edges, not the tick.
+    pub fn turns(self) -> f64 {
+        self.0 as f64 / PERIOD as f64
+    }
+}
+
+/// Joins the count of a 4× decoder (coarse) and the phase (fine).
+///
+/// Comparators turn the same two signals into the levels that are counted, so a count is a quarter of a period and the
+/// phase lies in it, but for the comparators' hysteresis, the offsets of the signals and the time between count and
+/// sample. The position is the one with the sample's phase that is nearest to the middle of the count: as long as both
+/// agree to half a period it is right, and neither can ever carry it off by a period. By how much they disagree is told,
+/// and it is a fault long before that ([`super::health`]).
+#[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Join {
+    /// What is added to the count so that count 0 is the quadrant from phase 0 on.
+    offset: Option<i64>,
+    /// The offset was taken in the middle of a quadrant, where no hysteresis can spoil it.
+    sure: bool,
+}
+
+/// A joined position and by how much its two halves disagree.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Joined {
+    /// The position.
+    pub position: Periods,
+    /// From the middle of the count to the position, 2⁻³² of a period: within ± 1/8 when all is well.
+    pub disagreement: i32,
+}
+
+/// Around the middle of a quadrant, 2⁻³² of a period: 1/16.
+const MIDDLE: i32 = 1 << 28;
+
+impl Join {
+    /// Joins a count, extended to 64 bit, and the phase of the same instant.
+    #[inline]
+    pub fn join(&mut self, count: i64, phase: Phase) -> Joined {
+        let offset = match self.offset {
+            Some(offset) if self.sure => offset,
+            _ => self.agree(count, phase),
+        };
+        let middle = Periods(count.wrapping_add(offset).wrapping_mul(QUARTER).wrapping_add(QUARTER / 2));
+        let position = middle.nearest(phase);
+        Joined { position, disagreement: position.way_from(middle) as i32 }
+    }
+
+    /// Makes the count's quadrant that of the phase: at once, and once more as soon as the phase is in the middle of
+    /// one. Until then it may be off by the one count of a hysteresis; the position is not, which needs two.
+    #[cold]
+    fn agree(&mut self, count: i64, phase: Phase) -> i64 {
+        let in_quadrant = (phase.0 & ((1 << 30) - 1)).cast_signed().wrapping_sub(1 << 29);
+        self.sure = in_quadrant.wrapping_abs() <= MIDDLE;
+        let before = self.offset;
+        if let Some(offset) = before
+            && !self.sure
+        {
+            return offset;
+        }
+        // Nearest to the offset before, so that no period is lost or won by it.
+        let quadrant = i64::from(phase.0 >> 30);
+        let wanted = quadrant.wrapping_sub(count);
+        let near = before.unwrap_or(wanted);
+        let way = wanted.wrapping_sub(near) & 3;
+        let way = if way > 2 { way.wrapping_sub(4) } else { way };
+        let offset = near.wrapping_add(way);
+        self.offset = Some(offset);
+        offset
+    }
+}
+
+/// Follows the phase from sample to sample without a counter, expecting each sample where the last two point.
+///
+/// What must stay below half a period is the change of the way from one sample to the next: |a| < P/2 · fs², 40 m/s² for
+/// 0.8 µm at 10 kHz, at any speed. Without the expectation the way itself must, which ends at 4 mm/s.
+#[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Unwrap {
+    last: Option<Periods>,
+    /// Way of a sample.
+    speed: i64,
+}
+
+/// A followed position and how far it lies from where it was expected.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Followed {
+    /// The position.
+    pub position: Periods,
+    /// From the expected to the found position, 2⁻³² of a period.
+    pub surprise: i32,
+}
+
+impl Unwrap {
+    /// The position of the next sample.
+    #[inline]
+    pub fn next(&mut self, phase: Phase) -> Followed {
+        let last = self.last.unwrap_or(Periods(i64::from(phase.0)));
+        let expected = Periods(last.0.wrapping_add(self.speed));
+        let position = expected.nearest(phase);
+        self.speed = position.way_from(last);
+        self.last = Some(position);
+        Followed { position, surprise: position.way_from(expected) as i32 }
+    }
+
+    /// A sample that did not come: goes on at the same speed.
+    #[inline]
+    pub fn miss(&mut self) -> Option<Periods> {
+        let last = self.last.as_mut()?;
+        *last = Periods(last.0.wrapping_add(self.speed));
+        Some(*last)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn phase(turns: f64) -> Phase {
+        Phase(((turns - turns.floor()) * 4_294_967_296.0) as u32)
+    }
+
+    #[test]
+    fn periods_become_picometres() {
+        assert_eq!(Periods(3 * PERIOD + PERIOD / 2).pm(800_000), 2_800_000);
+        assert_eq!(Periods(-PERIOD / 4).pm(800_000), -200_000);
+        assert_eq!(Periods(150_000 * PERIOD).pm(800_000), 120_000_000_000);
+        assert_eq!(Periods(-1).pm(800_000), -1);
+    }
+
+    proptest! {
+        /// The count is wrong by the hysteresis, everywhere and in each way, from the very first sample on.
+        #[test]
+        fn count_and_phase_never_disagree_by_a_period(
+            ways in proptest::collection::vec(-0.6..0.6_f64, 1..400),
+            from in -5.0..5.0_f64,
+            hysteresis in 0.0..0.06_f64,
+            first in -1_000_000_000_i64..1_000_000_000,
+        ) {
+            let (mut truth, mut join) = (from, Join::default());
+            let mut count = (truth * 4.0).floor();
+            let power_on = count;
+            let mut zero = None;
+            for way in ways {
+                truth += way;
+                // The comparators switch late by the hysteresis, in the direction of motion.
+                let late = truth - hysteresis * way.signum();
+                if (late * 4.0).floor() != count {
+                    count = if way > 0.0 { count.max((late * 4.0).floor()) } else { count.min((late * 4.0).floor()) };
+                }
+                let joined = join.join(first + (count - power_on) as i64, phase(truth));
+                let zero = *zero.get_or_insert(joined.position.turns() - truth);
+                prop_assert!((joined.position.turns() - truth - zero).abs() < 1e-6, "{} {}", joined.position.turns(), truth);
+                let off = f64::from(joined.disagreement) / 4_294_967_296.0;
+                prop_assert!(off.abs() <= if join.sure { 0.125 + 0.061 } else { 0.376 + 0.061 }, "{}", off);
+            }
+        }
+
+        #[test]
+        fn no_speed_is_too_fast_to_follow_only_an_acceleration(
+            speed in -40.0..40.0_f64, accelerations in proptest::collection::vec(-0.45..0.45_f64, 1..300),
+        ) {
+            let mut unwrap = Unwrap { last: Some(Periods(0)), speed: (speed * PERIOD as f64) as i64 };
+            let (mut truth, mut speed) = (0.0, speed);
+            for change in accelerations {
+                speed += change;
+                truth += speed;
+                let followed = unwrap.next(phase(truth));
+                prop_assert!((followed.position.turns() - truth).abs() < 1e-6);
+                let surprise = f64::from(followed.surprise) / 4_294_967_296.0;
+                prop_assert!((surprise - change).abs() < 1e-6, "{} {}", surprise, change);
+            }
+        }
+    }
+
+    #[test]
+    fn a_lost_count_shows_as_a_quarter_and_costs_no_period() {
+        let mut join = Join::default();
+        join.join(0, phase(0.125));
+        // Counts 1 and 2 of the second period were lost.
+        let joined = join.join(5 - 1, phase(1.375));
+        assert_eq!(joined.position, Periods(PERIOD + 3 * PERIOD / 8));
+        assert_eq!(joined.disagreement, (QUARTER) as i32);
+    }
+
+    #[test]
+    fn a_missed_sample_is_bridged_at_the_same_speed() {
+        let mut unwrap = Unwrap::default();
+        for k in 0..10 {
+            unwrap.next(phase(0.4 * f64::from(k)));
+        }
+        unwrap.miss();
+        assert!((unwrap.next(phase(0.4 * 11.0)).position.turns() - 4.4).abs() < 1e-6);
+        assert_eq!(Unwrap::default().miss(), None);
+    }
+}

@@ -1,0 +1,294 @@
+//! The ellipse, kept up to date while the stage works: offsets and gains drift with temperature and along a grating.
+//!
+//! Recursive least squares in its information form: the tick adds the sums of a block in integers
+//! ([`super::moments::Block`]), and between ticks each block joins the sums of those before it, which fade. That is the
+//! same estimate as the recursion of gains and covariances gives, block by block, but nothing in it can wind up or lose
+//! its symmetry, and the tick has no division.
+//!
+//! An update needs a whole round. It is taken only when the new ellipse fits better than chance allows, so that noise
+//! does not move a healthy signal's parameters.
+
+use super::correct::{CODE_BITS, Correction};
+use super::ellipse::{Ellipse, FIRST, FitError, Normal};
+use super::moments::{BLOCK, Block, Moments};
+use super::phase::{Phase, Polar};
+use crate::edge::SinCos;
+
+/// What is kept of the sums when a block joins them.
+const FADING: f64 = 0.75;
+/// Samples of a block at least.
+const FEWEST: u16 = 400;
+/// An ellipse must fit better by so many times the scatter of one sample; five constants alone win 5, and 35 by chance
+/// once in a million.
+const BETTER: f64 = 35.0;
+/// Motion from one sample of a block to the next, 2⁻³² of a period: at least 1/128, so that a standing signal adds
+/// nothing, and at most 1/8, far below aliasing.
+const SLOWEST: u32 = 1 << 25;
+const FASTEST: u32 = 1 << 29;
+/// A sample farther from the circle than a quarter of its radius is a disturbance and not a sign of drift.
+const OFF_CIRCLE: u32 = 4;
+
+/// Gathers samples in the tick until they are worth a fit.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Gather {
+    block: Block,
+    empty: Block,
+    /// Phase of the last sample that was added, and of the last sample.
+    added: Phase,
+    last: Phase,
+}
+
+impl Gather {
+    /// For signals around `centre` whose amplitude is `radius` codes.
+    pub fn new(centre: [i16; 2], radius: u16) -> Self {
+        let empty = Block::around(centre, radius.saturating_add(radius / 2));
+        Self { block: empty, empty, added: Phase(0), last: Phase(0) }
+    }
+
+    /// One sample with its corrected phase and radius; `nominal` is the radius of the circle, both with
+    /// [`CODE_BITS`]. True when the block is ready.
+    #[inline]
+    pub fn sample(&mut self, sample: SinCos, polar: Polar, nominal: u32) -> bool {
+        let step = polar.phase.way_from(self.last).unsigned_abs();
+        let way = polar.phase.way_from(self.added).unsigned_abs();
+        self.last = polar.phase;
+        if step <= FASTEST && way >= SLOWEST && polar.radius.abs_diff(nominal) <= nominal / OFF_CIRCLE {
+            self.added = polar.phase;
+            self.block.add(sample.cos, sample.sin, polar.phase);
+        }
+        let samples = self.block.samples();
+        if samples >= BLOCK && !self.block.is_round() {
+            // An arc, over and over.
+            self.block = self.empty;
+        }
+        samples >= FEWEST && self.block.is_round()
+    }
+
+    /// The block that is ready, for [`Recursive::update`]; the next one begins.
+    pub fn take(&mut self) -> Block {
+        core::mem::replace(&mut self.block, self.empty)
+    }
+}
+
+/// The estimate, between ticks.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Recursive {
+    sums: Option<Moments>,
+    ellipse: Ellipse,
+}
+
+/// What an update came to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Update {
+    /// The ellipse in use fits as well as any.
+    Kept,
+    /// A better one is in use.
+    Changed(Ellipse),
+    /// The sums give none; the one in use stays.
+    Refused(FitError),
+}
+
+impl Recursive {
+    /// Begins with an ellipse that is in use.
+    pub const fn new(ellipse: Ellipse) -> Self {
+        Self { sums: None, ellipse }
+    }
+
+    /// The ellipse in use.
+    pub fn ellipse(&self) -> &Ellipse {
+        &self.ellipse
+    }
+
+    /// What the tick takes off.
+    pub fn correction(&self) -> Correction {
+        Correction::of(&self.ellipse)
+    }
+
+    /// The radius that a good sample has, with [`CODE_BITS`].
+    pub fn nominal(&self) -> u32 {
+        libm::round(libm::ldexp(self.ellipse.radius, CODE_BITS as i32)) as u32
+    }
+
+    /// Takes a block in.
+    pub fn update(&mut self, block: &Moments) -> Update {
+        let sums = match &self.sums {
+            Some(before) => before.faded(FADING).with(block),
+            None => *block,
+        };
+        self.sums = Some(sums);
+        let better = match Self::better(&sums, &self.ellipse) {
+            Ok(better) => better,
+            Err(error) => return Update::Refused(error),
+        };
+        match better {
+            Some(ellipse) => {
+                self.ellipse = ellipse;
+                Update::Changed(ellipse)
+            }
+            None => Update::Kept,
+        }
+    }
+
+    /// An ellipse that fits better than chance allows.
+    fn better(sums: &Moments, now: &Ellipse) -> Result<Option<Ellipse>, FitError> {
+        let normal = Normal::of(sums)?;
+        let conic = normal.solve().ok_or(FitError::NoEllipse)?;
+        let found = normal.ellipse(conic)?;
+        let misfit = normal.misfit(&conic).max(0.0);
+        let scatter = misfit / (sums.sum(0, 0) - FIRST as f64).max(1.0);
+        let won = normal.misfit_of(now).map_or(f64::INFINITY, |before| before - misfit);
+        Ok((won > BETTER * scatter).then_some(found))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::f64::consts::TAU;
+
+    /// Noise without a crate: the sum of four uniform numbers has a variance of 1/3.
+    struct Random(u64);
+
+    impl Random {
+        /// `SplitMix64` (Steele, Lea, Flood, 2014).
+        fn uniform(&mut self) -> f64 {
+            self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            let mut z = self.0;
+            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+        }
+
+        fn normal(&mut self) -> f64 {
+            (0..4).map(|_| self.uniform() - 0.5).sum::<f64>() * 3_f64.sqrt()
+        }
+    }
+
+    const RADIUS: f64 = 22_000.0;
+    const POOR: Ellipse =
+        Ellipse { p: 0.05 * RADIUS, q: -0.03 * RADIUS, r: 1.0 / 1.08, alpha: -0.069_813, radius: RADIUS };
+
+    fn sample(ellipse: &Ellipse, turns: f64, noise: f64, random: &mut Random) -> SinCos {
+        let cos = ellipse.radius * (turns * TAU).cos() + ellipse.p + noise * RADIUS * random.normal();
+        let sin = ellipse.radius / ellipse.r * (turns * TAU - ellipse.alpha).sin()
+            + ellipse.q
+            + noise * RADIUS * random.normal();
+        SinCos { sin: sin.round() as i16, cos: cos.round() as i16 }
+    }
+
+    /// Peak of what is left inside a period, nm of 800, mean taken off.
+    fn left(truth: &Ellipse, used: &Ellipse) -> f64 {
+        let off: Vec<f64> = (0..360)
+            .map(|k| {
+                let turns = f64::from(k) / 360.0;
+                let cos = truth.radius * (turns * TAU).cos() + truth.p;
+                let sin = truth.radius / truth.r * (turns * TAU - truth.alpha).sin() + truth.q;
+                let off = used.turns(cos, sin) - turns;
+                800.0 * (off - off.round())
+            })
+            .collect();
+        let mean = off.iter().sum::<f64>() / 360.0;
+        off.iter().map(|off| (off - mean).abs()).fold(0.0, f64::max)
+    }
+
+    /// Samples of a motion, block by block, until `samples` were seen; how often the ellipse changed.
+    fn run(
+        recursive: &mut Recursive,
+        truth: &Ellipse,
+        noise: f64,
+        turns: impl Iterator<Item = f64>,
+        seed: u64,
+    ) -> u32 {
+        let mut random = Random(seed << 32);
+        let mut gather = Gather::new([0, 0], RADIUS as u16);
+        let mut changed = 0;
+        for turns in turns {
+            let sample = sample(truth, turns, noise, &mut random);
+            let polar = recursive.correction().polar(sample);
+            if gather.sample(sample, polar, recursive.nominal()) {
+                changed +=
+                    u32::from(matches!(recursive.update(&gather.take().moments()), Update::Changed(_)));
+            }
+        }
+        changed
+    }
+
+    /// Batch fits of as many samples as the recursion sees in 50 periods, p95 of what they leave.
+    fn batch(noise: f64, samples: u32) -> f64 {
+        let mut left: Vec<f64> = (0..100)
+            .map(|seed| {
+                let mut random = Random((seed + 1000) << 32);
+                let all: Vec<[f64; 2]> = (0..samples)
+                    .map(|k| sample(&POOR, f64::from(k) / 20.0 + 0.013, noise, &mut random))
+                    .map(|s| [f64::from(s.cos), f64::from(s.sin)])
+                    .collect();
+                super::tests::left(&POOR, &Ellipse::fit(&Moments::of_all(all.into_iter())).unwrap())
+            })
+            .collect();
+        left.sort_by(f64::total_cmp);
+        left[94]
+    }
+
+    #[test]
+    fn a_poor_signal_is_within_twice_the_batch_residual_inside_50_periods() {
+        for noise in [0.001, 0.01] {
+            let batch = batch(noise, 1000);
+            let mut all: Vec<f64> = (0..100)
+                .map(|seed| {
+                    let mut recursive = Recursive::new(Ellipse::circle(RADIUS));
+                    run(&mut recursive, &POOR, noise, (0..1000).map(|k| f64::from(k) / 20.0 + 0.013), seed);
+                    left(&POOR, recursive.ellipse())
+                })
+                .collect();
+            all.sort_by(f64::total_cmp);
+            assert!(all[94] < 2.0 * batch, "noise {noise}: p95 {} nm, batch {batch} nm", all[94]);
+        }
+    }
+
+    #[test]
+    fn a_healthy_signal_is_never_made_worse() {
+        let healthy = Ellipse::circle(RADIUS);
+        let (mut changed, mut worst) = (0, 0.0_f64);
+        for seed in 0..60 {
+            let mut recursive = Recursive::new(healthy);
+            changed += run(&mut recursive, &healthy, 0.01, (0..20_000).map(|k| f64::from(k) * 0.043), seed);
+            worst = worst.max(left(&healthy, recursive.ellipse()));
+        }
+        assert!(changed == 0 && worst < 1e-9, "changed {changed} times, {worst} nm");
+    }
+
+    #[test]
+    fn standing_still_and_arcs_move_nothing() {
+        for seed in 0..20 {
+            let mut recursive = Recursive::new(POOR);
+            let drifted = Ellipse { p: POOR.p + 500.0, ..POOR };
+            let standing = (0..30_000).map(|k| 0.3 + 0.001 * (f64::from(k) * 0.01).sin());
+            let arc = (0..30_000).map(|k| 0.3 + 0.3 * (f64::from(k) * 0.05).sin());
+            assert_eq!(run(&mut recursive, &drifted, 0.01, standing.chain(arc), seed), 0);
+            assert_eq!(recursive.ellipse(), &POOR);
+        }
+    }
+
+    #[test]
+    fn drift_is_followed() {
+        let mut recursive = Recursive::new(POOR);
+        for step in 0..40 {
+            let drifted =
+                Ellipse { p: POOR.p - 40.0 * f64::from(step), r: 0.93 + 0.002 * f64::from(step), ..POOR };
+            run(&mut recursive, &drifted, 0.003, (0..4000).map(|k| f64::from(k) * 0.037), step as u64);
+            let off = left(&drifted, recursive.ellipse());
+            assert!(off < 0.5, "step {step}: {off} nm");
+        }
+    }
+
+    #[test]
+    fn too_fast_too_far_and_nonsense_are_left_out() {
+        let mut recursive = Recursive::new(Ellipse::circle(RADIUS));
+        let fast = (0..20_000).map(|k| f64::from(k) * 0.31);
+        assert_eq!(run(&mut recursive, &POOR, 0.001, fast, 1), 0);
+        let weak = Ellipse { radius: RADIUS / 2.0, ..POOR };
+        assert_eq!(run(&mut recursive, &weak, 0.001, (0..20_000).map(|k| f64::from(k) * 0.03), 1), 0);
+    }
+}
