@@ -3,6 +3,8 @@
 pub mod correct;
 pub mod ellipse;
 pub mod harmonics;
+pub mod head;
+pub mod health;
 pub mod limit;
 pub mod moments;
 pub mod peaks;

@@ -92,6 +92,17 @@ impl Join {
         Joined { position, disagreement: position.way_from(middle) as i32 }
     }
 
+    /// The middle of a count, once count and phase have met.
+    pub fn middle(&self, count: i64) -> Option<Periods> {
+        self.offset?;
+        Some(Periods(self.begin(count).0.wrapping_add(QUARTER / 2)))
+    }
+
+    /// Where a count begins.
+    pub fn begin(&self, count: i64) -> Periods {
+        Periods(count.wrapping_add(self.offset.unwrap_or(0)).wrapping_mul(QUARTER))
+    }
+
     /// Makes the count's quadrant that of the phase: at once, and once more as soon as the phase is in the middle of
     /// one. Until then it may be off by the one count of a hysteresis; the position is not, which needs two.
     #[cold]

@@ -1,0 +1,449 @@
+//! How good the signals of an analogue encoder are, and when they are too bad to know the position by.
+//!
+//! Findings are gathered over a block of 256 samples and graded; what endangers the count of periods does not wait for
+//! the end of a block: it is a [`SignalFault`] in the very sample that shows it, or a few later.
+
+use super::correct::CODE_BITS;
+use super::ellipse::Ellipse;
+use core::fmt;
+
+/// What can be wrong with the signals, one bit each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Findings(pub u16);
+
+impl Findings {
+    /// Nothing.
+    pub const NONE: Self = Self(0);
+    /// The amplitude is low: contamination, distance, an ageing lamp.
+    pub const WEAK: Self = Self(1);
+    /// The amplitude is high.
+    pub const STRONG: Self = Self(1 << 1);
+    /// Samples at the end of the converter.
+    pub const CLIPPED: Self = Self(1 << 2);
+    /// The radius changes from sample to sample.
+    pub const NOISY: Self = Self(1 << 3);
+    /// Samples did not come.
+    pub const MISSED: Self = Self(1 << 4);
+    /// Count and phase differ.
+    pub const DISAGREES: Self = Self(1 << 5);
+    /// The motion changes too fast to be followed from sample to sample.
+    pub const FAST: Self = Self(1 << 6);
+    /// An offset is large.
+    pub const OFFSET: Self = Self(1 << 7);
+    /// The amplitudes of the channels differ.
+    pub const GAIN: Self = Self(1 << 8);
+    /// The channels are far from a quarter of a period apart.
+    pub const QUADRATURE: Self = Self(1 << 9);
+    /// Illegal transitions of the counter.
+    pub const ILLEGAL: Self = Self(1 << 10);
+
+    /// Each with its words.
+    pub const NAMES: [(Self, &'static str); 11] = [
+        (Self::WEAK, "weak"),
+        (Self::STRONG, "strong"),
+        (Self::CLIPPED, "clipped"),
+        (Self::NOISY, "noisy"),
+        (Self::MISSED, "samples missed"),
+        (Self::DISAGREES, "count and phase disagree"),
+        (Self::FAST, "too fast to follow"),
+        (Self::OFFSET, "offset"),
+        (Self::GAIN, "unequal amplitudes"),
+        (Self::QUADRATURE, "out of quadrature"),
+        (Self::ILLEGAL, "illegal transitions"),
+    ];
+
+    /// These and others.
+    #[must_use]
+    pub const fn and(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// These if it is so.
+    #[must_use]
+    const fn when(self, so: bool) -> Self {
+        if so { self } else { Self::NONE }
+    }
+
+    /// All of the others are among these.
+    pub const fn has(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+}
+
+impl fmt::Display for Findings {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut between = "";
+        for (_, name) in Self::NAMES.iter().filter(|(finding, _)| self.has(*finding)) {
+            write!(f, "{between}{name}")?;
+            between = ", ";
+        }
+        Ok(())
+    }
+}
+
+/// How good the signals are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Grade {
+    /// As they should be.
+    #[default]
+    Good,
+    /// Usable; somebody should look at the encoder.
+    Warn,
+    /// Not to be trusted.
+    Fail,
+}
+
+impl fmt::Display for Grade {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Good => "good",
+            Self::Warn => "warn",
+            Self::Fail => "fail",
+        })
+    }
+}
+
+/// What was found, by how bad it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Report {
+    /// To be looked at.
+    pub warn: Findings,
+    /// Beyond use.
+    pub fail: Findings,
+    /// Mean amplitude of the block, in 1/256 of what it should be.
+    pub amplitude: u16,
+    /// Mean change of the radius from sample to sample, in 1/4096 of the amplitude.
+    pub noise: u16,
+}
+
+impl Report {
+    /// The worst of all.
+    pub const fn grade(&self) -> Grade {
+        match (self.fail.0, self.warn.0) {
+            (0, 0) => Grade::Good,
+            (0, _) => Grade::Warn,
+            _ => Grade::Fail,
+        }
+    }
+}
+
+/// Why the position cannot be known any more, or only for a moment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum SignalFault {
+    /// No signal: a pulled plug, a dead lamp, dirt.
+    Lost,
+    /// The vector is far off its circle: a channel stands still, or both are at the end of the converter.
+    OffCircle,
+    /// The converter gives no samples.
+    Missed,
+    /// Count and phase differ by more than a quarter of a period.
+    Disagrees,
+    /// The motion changed by more than three eighths of a period in one sample.
+    Fast,
+}
+
+impl fmt::Display for SignalFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Lost => "no encoder signal",
+            Self::OffCircle => "the encoder signals are distorted beyond use",
+            Self::Missed => "the encoder gives no samples",
+            Self::Disagrees => "the encoder's count and phase disagree",
+            Self::Fast => "the motion is too fast for the encoder's samples",
+        })
+    }
+}
+
+/// Samples in a row that must show a lost or distorted signal; one alone may be a spike.
+pub const IN_A_ROW: u8 = 3;
+/// Samples in a row that may be missing.
+pub const MISSED_IN_A_ROW: u8 = 8;
+/// A lost signal is shorter than a quarter of the nominal radius; one far off its circle longer than 7/4 of it.
+const LOST: u32 = 4;
+/// Count and phase: 3/16 of a period is to be looked at, 5/16 a fault; half a period would be a wrong position.
+pub const DISAGREES_WARN: i32 = 3 << 28;
+/// See [`DISAGREES_WARN`].
+pub const DISAGREES_FAULT: i32 = 5 << 28;
+/// Surprise of a followed phase: 1/4 of a period is to be looked at, 3/8 a fault.
+pub const FAST_WARN: i32 = 4 << 28;
+/// See [`FAST_WARN`].
+pub const FAST_FAULT: i32 = 6 << 28;
+
+/// What one sample shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    /// Length of the corrected vector, with [`CODE_BITS`].
+    pub radius: u32,
+    /// A channel is at an end of the converter.
+    pub clipped: bool,
+    /// Count against phase, 2⁻³² of a period; 0 without a counter.
+    pub disagreement: i32,
+    /// Found against expected position, 2⁻³² of a period; 0 with a counter.
+    pub surprise: i32,
+}
+
+/// What watching the signals of an axis remembers.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Health {
+    /// Nominal radius without fractional bits: sums of a block fit a word.
+    nominal: u32,
+    /// In a row: lost, far off, missed.
+    lost: u8,
+    far: u8,
+    missed: u8,
+    /// Samples of the running block, and what they showed.
+    ticks: u8,
+    sum: u32,
+    changes: u32,
+    clips: u16,
+    misses: u16,
+    last: u32,
+    warn: Findings,
+    fail: Findings,
+    /// Of the ellipse: it changes between ticks.
+    shape: [Findings; 2],
+    report: Report,
+}
+
+impl Health {
+    /// For signals whose corrected radius is `nominal`, with [`CODE_BITS`]; at least one code.
+    pub fn new(nominal: u32) -> Self {
+        let nominal = (nominal >> CODE_BITS).max(1);
+        Self {
+            nominal,
+            lost: 0,
+            far: 0,
+            missed: 0,
+            ticks: 0,
+            sum: 0,
+            changes: 0,
+            clips: 0,
+            misses: 0,
+            last: nominal,
+            warn: Findings::NONE,
+            fail: Findings::NONE,
+            shape: [Findings::NONE; 2],
+            report: Report { amplitude: 256, ..Report::default() },
+        }
+    }
+
+    /// What the last block of 256 samples was like.
+    pub fn report(&self) -> Report {
+        self.report
+    }
+
+    /// Takes note of an ellipse in use, between ticks.
+    pub fn shape(&mut self, ellipse: &Ellipse) {
+        let offset = libm::hypot(ellipse.p, ellipse.q * ellipse.r) / ellipse.radius;
+        let gain = ellipse.r.max(1.0 / ellipse.r);
+        let angle = ellipse.alpha.abs().to_degrees();
+        let beyond = |limits: [f64; 3]| {
+            Findings::OFFSET
+                .when(offset > limits[0])
+                .and(Findings::GAIN.when(gain > limits[1]))
+                .and(Findings::QUADRATURE.when(angle > limits[2]))
+        };
+        let fail = beyond([0.25, 1.5, 25.0]);
+        self.shape = [Findings(beyond([0.1, 1.2, 10.0]).0 & !fail.0), fail];
+    }
+
+    /// One sample.
+    #[inline]
+    pub fn sample(&mut self, sample: &Sample) -> Option<SignalFault> {
+        self.missed = 0;
+        let radius = sample.radius >> CODE_BITS;
+        self.sum = self.sum.wrapping_add(radius);
+        self.changes = self.changes.wrapping_add(radius.abs_diff(self.last));
+        self.last = radius;
+        self.clips = self.clips.wrapping_add(u16::from(sample.clipped));
+        let far = sample.disagreement.wrapping_abs();
+        let odd = sample.surprise.wrapping_abs();
+        if far > DISAGREES_WARN || odd > FAST_WARN {
+            self.warn = self
+                .warn
+                .and(Findings::DISAGREES.when(far > DISAGREES_WARN))
+                .and(Findings::FAST.when(odd > FAST_WARN));
+        }
+        let fault = self.judge(radius, far, odd);
+        self.end_of_sample();
+        fault
+    }
+
+    /// A sample that did not come.
+    #[cold]
+    pub fn miss(&mut self) -> Option<SignalFault> {
+        self.missed = self.missed.saturating_add(1);
+        self.misses = self.misses.wrapping_add(1);
+        self.sum = self.sum.wrapping_add(self.last);
+        self.warn = self.warn.and(Findings::MISSED);
+        self.end_of_sample();
+        (self.missed > MISSED_IN_A_ROW).then_some(SignalFault::Missed)
+    }
+
+    #[inline]
+    fn judge(&mut self, radius: u32, far: i32, odd: i32) -> Option<SignalFault> {
+        let quarter = self.nominal / LOST;
+        self.lost = if radius < quarter { self.lost.saturating_add(1) } else { 0 };
+        let long = radius > self.nominal.wrapping_mul(2).wrapping_sub(quarter);
+        self.far = if long { self.far.saturating_add(1) } else { 0 };
+        if self.lost >= IN_A_ROW {
+            return Some(SignalFault::Lost);
+        }
+        if self.far >= IN_A_ROW {
+            return Some(SignalFault::OffCircle);
+        }
+        if self.lost != 0 {
+            // A vector without length has no phase worth judging.
+            return None;
+        }
+        if far > DISAGREES_FAULT {
+            return Some(SignalFault::Disagrees);
+        }
+        (odd > FAST_FAULT).then_some(SignalFault::Fast)
+    }
+
+    /// Whether the last sample was long enough to have a phase.
+    #[inline]
+    pub fn is_lost(&self) -> bool {
+        self.lost != 0
+    }
+
+    #[inline]
+    fn end_of_sample(&mut self) {
+        self.ticks = self.ticks.wrapping_add(1);
+        if self.ticks == 0 {
+            self.end_of_block();
+        }
+    }
+
+    /// Grades the block. Once in 256 samples; a division by a power of two only.
+    #[cold]
+    fn end_of_block(&mut self) {
+        // The nominal in sixteenths times the samples of a block: 16 of it are the whole.
+        let sixteenth = self.nominal.wrapping_mul(256 / 16);
+        let times = |number: u32| sixteenth.wrapping_mul(number);
+        let change = |part: u32| self.nominal.wrapping_mul(256) / part;
+        let fail = Findings::WEAK
+            .when(self.sum < times(8))
+            .and(Findings::STRONG.when(self.sum > times(24)))
+            .and(Findings::CLIPPED.when(self.clips > 64))
+            .and(Findings::NOISY.when(self.changes > change(16)))
+            .and(Findings::MISSED.when(self.misses > 32));
+        let warn = Findings::WEAK
+            .when(self.sum < times(11))
+            .and(Findings::STRONG.when(self.sum > times(19)))
+            .and(Findings::CLIPPED.when(self.clips > 0))
+            .and(Findings::NOISY.when(self.changes > change(50)));
+        let [shape_warn, shape_fail] = self.shape;
+        let fail = self.fail.and(fail).and(shape_fail);
+        let warn = self.warn.and(warn).and(shape_warn);
+        self.report = Report {
+            warn: Findings(warn.0 & !fail.0),
+            fail,
+            amplitude: (self.sum / self.nominal) as u16,
+            noise: (self.changes.wrapping_mul(16) / self.nominal) as u16,
+        };
+        self.sum = 0;
+        self.changes = 0;
+        self.clips = 0;
+        self.misses = 0;
+        self.warn = Findings::NONE;
+        self.fail = Findings::NONE;
+    }
+
+    /// Illegal transitions of the counter belong to the picture, too.
+    #[cold]
+    pub fn illegal(&mut self) {
+        self.warn = self.warn.and(Findings::ILLEGAL);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NOMINAL: u32 = 24_000 << CODE_BITS;
+    const GOOD: Sample = Sample { radius: NOMINAL, clipped: false, disagreement: 0, surprise: 0 };
+
+    fn after(samples: impl Iterator<Item = Sample>) -> (Report, Option<(usize, SignalFault)>) {
+        let mut health = Health::new(NOMINAL);
+        let mut first = None;
+        for (k, sample) in samples.enumerate() {
+            let fault = health.sample(&sample);
+            first = first.or(fault.map(|fault| (k, fault)));
+        }
+        (health.report(), first)
+    }
+
+    fn grade(sample: impl Fn(u32) -> Sample) -> (Grade, Findings) {
+        let (report, fault) = after((0..512).map(sample));
+        assert_eq!(fault, None);
+        (report.grade(), report.warn.and(report.fail))
+    }
+
+    #[test]
+    fn each_finding_has_its_grades() {
+        let radius = |part: f64| move |_| Sample { radius: (f64::from(NOMINAL) * part) as u32, ..GOOD };
+        assert_eq!(grade(radius(1.0)), (Grade::Good, Findings::NONE));
+        assert_eq!(grade(radius(0.65)), (Grade::Warn, Findings::WEAK));
+        assert_eq!(grade(radius(0.4)), (Grade::Fail, Findings::WEAK));
+        assert_eq!(grade(radius(1.25)), (Grade::Warn, Findings::STRONG));
+        assert_eq!(grade(radius(1.6)), (Grade::Fail, Findings::STRONG));
+        let clipped = |every| move |k: u32| Sample { clipped: k.is_multiple_of(every), ..GOOD };
+        assert_eq!(grade(clipped(100)), (Grade::Warn, Findings::CLIPPED));
+        assert_eq!(grade(clipped(2)), (Grade::Fail, Findings::CLIPPED));
+        let noisy = |part: f64| {
+            move |k: u32| Sample {
+                radius: (f64::from(NOMINAL) * (1.0 + part * f64::from(k % 2))) as u32,
+                ..GOOD
+            }
+        };
+        assert_eq!(grade(noisy(0.01)).0, Grade::Good);
+        assert_eq!(grade(noisy(0.04)), (Grade::Warn, Findings::NOISY));
+        assert_eq!(grade(noisy(0.1)), (Grade::Fail, Findings::NOISY));
+        assert_eq!(
+            grade(|_| Sample { disagreement: -(4 << 28), ..GOOD }),
+            (Grade::Warn, Findings::DISAGREES)
+        );
+        assert_eq!(grade(|_| Sample { surprise: 5 << 28, ..GOOD }), (Grade::Warn, Findings::FAST));
+    }
+
+    #[test]
+    fn what_endangers_the_count_is_a_fault_at_once() {
+        let from = |bad: Sample| after((0..200).map(|k| if k < 100 { GOOD } else { bad })).1;
+        assert_eq!(from(Sample { radius: NOMINAL / 5, ..GOOD }), Some((102, SignalFault::Lost)));
+        assert_eq!(from(Sample { radius: NOMINAL * 2, ..GOOD }), Some((102, SignalFault::OffCircle)));
+        let far = Sample { disagreement: DISAGREES_FAULT + 1, ..GOOD };
+        assert_eq!(from(far), Some((100, SignalFault::Disagrees)));
+        assert_eq!(from(Sample { disagreement: i32::MIN + 1, ..GOOD }), Some((100, SignalFault::Disagrees)));
+        assert_eq!(from(Sample { surprise: FAST_FAULT + 1, ..GOOD }), Some((100, SignalFault::Fast)));
+        let spike = after((0..200).map(|k| if k == 100 { Sample { radius: 0, ..GOOD } } else { GOOD }));
+        assert_eq!(spike.1, None);
+        let mut health = Health::new(NOMINAL);
+        let missed: Vec<_> = (0..10).map(|_| health.miss()).collect();
+        assert_eq!(missed[8], Some(SignalFault::Missed));
+        assert_eq!(missed[7], None);
+    }
+
+    #[test]
+    fn the_ellipse_is_part_of_the_picture() {
+        let of = |ellipse: Ellipse| {
+            let mut health = Health::new(NOMINAL);
+            health.shape(&ellipse);
+            (0..256).for_each(|_| _ = health.sample(&GOOD));
+            health.report()
+        };
+        let circle = Ellipse::circle(24_000.0);
+        assert_eq!(of(circle).grade(), Grade::Good);
+        assert_eq!(of(Ellipse { p: 3000.0, ..circle }).warn, Findings::OFFSET);
+        assert_eq!(of(Ellipse { r: 0.6, ..circle }).fail, Findings::GAIN);
+        let both = of(Ellipse { alpha: 0.2, q: 9000.0, ..circle });
+        assert_eq!((both.warn, both.fail), (Findings::QUADRATURE, Findings::OFFSET));
+        assert_eq!(both.warn.and(both.fail).to_string(), "offset, out of quadrature");
+    }
+}
