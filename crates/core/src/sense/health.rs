@@ -327,26 +327,27 @@ impl Health {
         // The nominal in sixteenths times the samples of a block: 16 of it are the whole.
         let sixteenth = self.nominal.wrapping_mul(256 / 16);
         let times = |number: u32| sixteenth.wrapping_mul(number);
-        let change = |part: u32| self.nominal.wrapping_mul(256) / part;
+        // 2⁸ · 2¹⁷ · 50 fits a word.
+        let changes = |parts: u32| self.changes.wrapping_mul(parts) > self.nominal.wrapping_mul(256);
         let fail = Findings::WEAK
             .when(self.sum < times(8))
             .and(Findings::STRONG.when(self.sum > times(24)))
             .and(Findings::CLIPPED.when(self.clips > 64))
-            .and(Findings::NOISY.when(self.changes > change(16)))
+            .and(Findings::NOISY.when(changes(16)))
             .and(Findings::MISSED.when(self.misses > 32));
         let warn = Findings::WEAK
             .when(self.sum < times(11))
             .and(Findings::STRONG.when(self.sum > times(19)))
             .and(Findings::CLIPPED.when(self.clips > 0))
-            .and(Findings::NOISY.when(self.changes > change(50)));
+            .and(Findings::NOISY.when(changes(50)));
         let [shape_warn, shape_fail] = self.shape;
         let fail = self.fail.and(fail).and(shape_fail);
         let warn = self.warn.and(warn).and(shape_warn);
         self.report = Report {
             warn: Findings(warn.0 & !fail.0),
             fail,
-            amplitude: (self.sum / self.nominal) as u16,
-            noise: (self.changes.wrapping_mul(16) / self.nominal) as u16,
+            amplitude: self.sum.checked_div(self.nominal).unwrap_or(0) as u16,
+            noise: self.changes.wrapping_mul(16).checked_div(self.nominal).unwrap_or(0) as u16,
         };
         self.sum = 0;
         self.changes = 0;
