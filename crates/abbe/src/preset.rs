@@ -1,7 +1,7 @@
 //! Presets: `[controller]` is read here, `[plant]` only by the twin.
 
 use crate::failure::{Failure, one_line};
-use abbe_core::design::{AxisSettings, Config, StageSettings};
+use abbe_core::design::{Analogue, AxisSettings, Config, Encoder, Motor, StageSettings};
 use abbe_mosaic::scan::Sense;
 use abbe_twin::Plant;
 use abbe_twin::plant::PresetError;
@@ -81,16 +81,96 @@ struct ControllerFile {
     camera: CameraSetup,
 }
 
+/// `[controller.x.encoder]`: an axis without one is counted from square signals.
+#[derive(Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
+enum EncoderFile {
+    Digital,
+    Analogue {
+        period_um: f64,
+        amplitude: f64,
+        offset_cos: f64,
+        offset_sin: f64,
+        gain: f64,
+        phase_deg: f64,
+        factor: u16,
+        sample_limit: f64,
+        count_limit: bool,
+        counted: bool,
+        track: bool,
+    },
+}
+
+impl EncoderFile {
+    fn settings(&self) -> Encoder {
+        match *self {
+            Self::Digital => Encoder::Digital,
+            Self::Analogue {
+                period_um,
+                amplitude,
+                offset_cos,
+                offset_sin,
+                gain,
+                phase_deg,
+                factor,
+                sample_limit,
+                count_limit,
+                counted,
+                track,
+            } => Encoder::Analogue(Analogue {
+                period_um,
+                amplitude,
+                offset_cos,
+                offset_sin,
+                gain,
+                phase_deg,
+                factor,
+                sample_limit,
+                count_limit,
+                counted,
+                track,
+            }),
+        }
+    }
+}
+
+/// `[controller.x.motor]`: an axis without one has a stepper.
+#[derive(Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
+enum MotorFile {
+    Stepper,
+    Dc { full_speed_mm_s: f64 },
+}
+
+impl MotorFile {
+    fn settings(&self) -> Motor {
+        match *self {
+            Self::Stepper => Motor::Stepper,
+            Self::Dc { full_speed_mm_s } => Motor::Dc { full_speed_mm_s },
+        }
+    }
+}
+
 /// The keys of [`AxisSettings`] as they stand in a file.
 macro_rules! axis_file {
     ($($key:ident),* $(,)?) => {
         #[derive(Deserialize)]
         #[serde(deny_unknown_fields)]
-        struct AxisFile { $($key: f64,)* illegal_transitions: u16 }
+        struct AxisFile {
+            $($key: f64,)*
+            illegal_transitions: u16,
+            encoder: Option<EncoderFile>,
+            motor: Option<MotorFile>,
+        }
 
         impl AxisFile {
             fn settings(&self) -> AxisSettings {
-                AxisSettings { $($key: self.$key,)* illegal_transitions: self.illegal_transitions }
+                AxisSettings {
+                    $($key: self.$key,)*
+                    illegal_transitions: self.illegal_transitions,
+                    encoder: self.encoder.as_ref().map_or(Encoder::Digital, EncoderFile::settings),
+                    motor: self.motor.as_ref().map_or(Motor::Stepper, MotorFile::settings),
+                }
             }
         }
     };

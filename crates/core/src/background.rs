@@ -1,4 +1,4 @@
-//! Slower than a tick: planning. Floats are allowed here (+ − × ÷ √ and `libm`).
+//! Slower than a tick: planning, and the fits of the encoders' signals. Floats are allowed here (+ − × ÷ √ and `libm`).
 //!
 //! A result takes effect at a tick it names, so that a recorded run does not depend on how fast planning was.
 
@@ -27,28 +27,46 @@ pub struct MoveRequest<const N: usize> {
     pub asked_at: u32,
 }
 
-/// A plan that was handed over: with this alone a recorded run repeats it.
+/// Work that was done between two ticks: with this alone a recorded run repeats it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct HandOver {
-    /// Number of the move.
-    pub number: u32,
-    /// Tick at which its path begins.
-    pub start: u32,
+pub enum Done {
+    /// A plan was handed over.
+    Plan {
+        /// Number of the move.
+        number: u32,
+        /// Tick at which its path begins.
+        start: u32,
+    },
+    /// The samples of an analogue encoder went into its correction.
+    Refined {
+        /// Which axis.
+        axis: usize,
+    },
 }
 
-/// Plans whatever the controller asks for, and says so; call it between ticks.
-pub fn advance<const N: usize>(controller: &mut Controller<N>) -> Option<HandOver> {
-    let request = controller.wanted_plan()?;
-    let plan = HandOver { number: request.number, start: request.asked_at.wrapping_add(PLANNING_TICKS) };
-    hand_over(controller, &request, plan.start);
-    Some(plan)
+/// Does a piece of whatever the controller asks for, and says what; call it between ticks, once or until there is
+/// nothing left.
+pub fn advance<const N: usize>(controller: &mut Controller<N>) -> Option<Done> {
+    if let Some(request) = controller.wanted_plan() {
+        let start = request.asked_at.wrapping_add(PLANNING_TICKS);
+        hand_over(controller, &request, start);
+        return Some(Done::Plan { number: request.number, start });
+    }
+    let axis = controller.wants_refining()?;
+    controller.refine(axis);
+    Some(Done::Refined { axis })
 }
 
-/// Does once more what [`advance`] did. A plan that nobody waits for is left.
-pub fn repeat<const N: usize>(controller: &mut Controller<N>, plan: HandOver) {
-    let wanted = controller.wanted_plan().filter(|request| request.number == plan.number);
-    if let Some(request) = wanted {
-        hand_over(controller, &request, plan.start);
+/// Does once more what [`advance`] did. What nobody waits for is left.
+pub fn repeat<const N: usize>(controller: &mut Controller<N>, done: Done) {
+    match done {
+        Done::Plan { number, start } => {
+            let wanted = controller.wanted_plan().filter(|request| request.number == number);
+            if let Some(request) = wanted {
+                hand_over(controller, &request, start);
+            }
+        }
+        Done::Refined { axis } => controller.refine(axis),
     }
 }
 

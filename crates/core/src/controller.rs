@@ -4,7 +4,7 @@ use crate::background::{MoveRequest, PLAN_MISSING_TICKS};
 use crate::command::{Accepted, Command, Refusal};
 use crate::compensate::ErrorMap;
 use crate::design::{AxisConfig, Config, GLIDE_BITS};
-use crate::drive::StepDrive;
+use crate::drive::Drive;
 use crate::edge::{AxisInputs, AxisOutputs, Inputs, Outputs};
 use crate::guard::{self, Guard, Watch};
 use crate::machine::homing::Homing;
@@ -12,6 +12,7 @@ use crate::machine::{Event, State, Stop, transition};
 use crate::plan::{LinePlan, Path, Ramp};
 use crate::publish::{AxisStatus, Fault, HomeReport, MoveReport, Outcome, Status};
 use crate::sense::Sense;
+use crate::sense::head::Head;
 use crate::servo::IncrementalPid;
 use crate::units::Pos;
 use crate::wide;
@@ -27,7 +28,7 @@ struct Axis {
     /// Readings at the ends of the travel, margin included.
     travel: [Pos; 2],
     servo: IncrementalPid,
-    drive: StepDrive,
+    drive: Drive,
     homing: Option<Homing>,
     glide: Glide,
     /// Set-point of the last tick, scale frame.
@@ -88,6 +89,10 @@ pub struct Controller<const N: usize> {
     /// What the last tick has published of each axis.
     #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     published: [AxisStatus; N],
+    /// Analogue heads, of the axes that have one.
+    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
+    heads: [Option<Head>; N],
+    has_heads: bool,
 }
 
 impl<const N: usize> Controller<N> {
@@ -105,6 +110,8 @@ impl<const N: usize> Controller<N> {
             move_number: 0,
             last_tick: None,
             published: [AxisStatus::default(); N],
+            heads: config.axes.map(|axis| axis.sense.head.map(|head| Head::new(&head))),
+            has_heads: config.axes.iter().any(|axis| axis.sense.head.is_some()),
         }
     }
 
@@ -163,13 +170,18 @@ impl<const N: usize> Controller<N> {
     /// `following_error` (set-point minus reading) in that of the scale. Before homing a position is a distance from where
     /// the stage stood at power-on; `homed` tells.
     pub fn status(&self) -> Status<N> {
+        let mut axes = self.published;
+        for (status, head) in axes.iter_mut().zip(&self.heads) {
+            // Seldom asked for: not copied in every tick.
+            status.signals = head.as_ref().map(Head::report);
+        }
         Status {
             tick: self.last_tick.unwrap_or(0),
             state: self.state,
             fault: self.fault,
             move_number: self.move_number,
             last_move: self.last_move,
-            axes: self.published,
+            axes,
         }
     }
 
@@ -230,14 +242,45 @@ impl<const N: usize> Controller<N> {
         }
     }
 
+    /// An axis whose analogue encoder has gathered samples for its correction, if one has; see [`crate::background`].
+    pub fn wants_refining(&self) -> Option<usize> {
+        self.heads.iter().position(|head| head.as_ref().is_some_and(Head::wants_update))
+    }
+
+    /// Lets the correction of an axis learn from the samples that it has gathered: in floats, between two ticks. In force
+    /// with the next tick. Does nothing where none are ready.
+    pub fn refine(&mut self, axis: usize) {
+        if let Some(head) = self.heads.get_mut(axis).and_then(Option::as_mut) {
+            _ = head.update();
+        }
+    }
+
+    /// The analogue head of an axis, to look at.
+    pub fn head(&self, axis: usize) -> Option<&Head> {
+        self.heads.get(axis)?.as_ref()
+    }
+
     // ---- sense -------------------------------------------------------------------------------------------------
 
     #[inline(never)]
     fn sense(&mut self, inputs: &Inputs<N>) {
         for (axis, inputs) in self.axes.iter_mut().zip(&inputs.axes) {
-            axis.sense.read(inputs, axis.config.sense);
+            axis.sense.read(inputs, &axis.config.sense);
             if inputs.illegal != 0 || inputs.glitches != 0 {
                 axis.count_disturbances(inputs);
+            }
+        }
+        if self.has_heads {
+            self.read_heads(inputs);
+        }
+    }
+
+    /// Out of line: a stage with square signals need not carry it.
+    #[inline(never)]
+    fn read_heads(&mut self, inputs: &Inputs<N>) {
+        for ((axis, inputs), head) in self.axes.iter_mut().zip(&inputs.axes).zip(&mut self.heads) {
+            if let (Some(head), Some(config)) = (head, &axis.config.sense.head) {
+                axis.sense.read_head(inputs, config, head);
             }
         }
     }
@@ -398,7 +441,7 @@ impl<const N: usize> Controller<N> {
     fn end_homing(&mut self, number: usize) {
         let axis_and_target = self.axes.get_mut(number).zip(self.target.get_mut(number));
         if let Some((axis, target)) = axis_and_target {
-            axis.end_homing();
+            axis.end_homing(self.heads.get(number).and_then(Option::as_ref));
             *target = axis.hold();
             self.path.hold_axis(number, *target);
         }
@@ -568,7 +611,7 @@ impl Axis {
             map: None,
             travel: [config.low - config.margin, config.high + config.margin],
             servo: IncrementalPid::default(),
-            drive: StepDrive::default(),
+            drive: Drive::default(),
             homing: None,
             glide: Glide::default(),
             set_point: Pos::ZERO,
@@ -617,7 +660,10 @@ impl Axis {
     #[cold]
     /// Counts may be missing after an encoder was lost, or when it was disturbed while nobody looked.
     fn doubt_the_zero(&mut self, found: Option<Fault>, on: bool) {
-        let lost = matches!(found, Some(Fault::EncoderLost { .. } | Fault::EncoderIllegal { .. }));
+        let lost = matches!(
+            found,
+            Some(Fault::EncoderLost { .. } | Fault::EncoderIllegal { .. } | Fault::Signal { .. })
+        );
         if lost || (!on && self.sense.now.illegal > 0) {
             self.homed = false;
         }
@@ -633,12 +679,12 @@ impl Axis {
         self.homing.as_ref().is_some_and(Homing::is_done) && self.glide.ramp.is_at_rest()
     }
 
-    fn end_homing(&mut self) {
+    fn end_homing(&mut self, head: Option<&Head>) {
         let Some(found) = self.homing.as_ref().and_then(Homing::found) else {
             return;
         };
         self.homing = None;
-        let shift = self.sense.set_origin(found.zero, self.config.sense);
+        let shift = self.sense.set_origin(found.zero, &self.config.sense, head);
         let switch = (found.switch - found.zero).to_pos(self.config.sense.count_pm);
         let again = self.home.count > 0;
         self.home = HomeReport {
@@ -691,6 +737,10 @@ impl Axis {
         status.position = self.stage_from_scale(reading);
         status.set_point = set_point;
         status.target = target;
+        // Before homing there is no zero; homing itself moves the frame.
+        if status.homed && (status.reading.pm() ^ reading.pm()) < 0 {
+            status.zero_crossings = status.zero_crossings.wrapping_add(1);
+        }
         status.reading = reading;
         status.following_error = following_error;
         status.in_window = self.is_inside();

@@ -1,6 +1,10 @@
 //! Every number of a stage in one place: [`StageSettings`] in the units people use, built once into the integers of
 //! the tick. Units enter here and nowhere else.
 
+mod devices;
+
+pub use devices::{Analogue, Encoder, Motor};
+
 use crate::front::emitter;
 use crate::plan::Limits;
 use crate::plan::ramp::RampLimits;
@@ -65,6 +69,10 @@ pub struct AxisSettings {
     pub switch_press_ms: f64,
     /// A switch is believed free after this time, ms; longer than it bounces.
     pub switch_release_ms: f64,
+    /// What reads the position.
+    pub encoder: Encoder,
+    /// What moves the axis.
+    pub motor: Motor,
 }
 
 /// What a builder knows of a stage.
@@ -189,6 +197,8 @@ impl Default for AxisSettings {
             home_index_mm: 0.0,
             switch_press_ms: 0.3,
             switch_release_ms: 5.0,
+            encoder: Encoder::Digital,
+            motor: Motor::Stepper,
         }
     }
 }
@@ -224,6 +234,7 @@ impl<const N: usize> StageSettings<N> {
         let ticks = |ms: f64| libm::ceil(ms * 1e-3 * self.tick_hz) as u32;
         for (number, axis) in self.axes.iter().enumerate() {
             axis.check(number)?;
+            axis.check_devices(number)?;
             axis.check_pulses(number, self.tick_hz)?;
             axis.check_gains(number, self.tick_hz)?;
             axis.check_ticks(number, self.tick_hz)?;
@@ -280,10 +291,18 @@ impl AxisSettings {
         check(axis, "dead_band_um", self.dead_band_um, band, "0 or more, and below in_position_um")
     }
 
+    fn check_devices(&self, number: usize) -> Result<(), DesignError> {
+        self.motor.check(number, self.speed_mm_s)?;
+        match &self.encoder {
+            Encoder::Digital => Ok(()),
+            Encoder::Analogue(analogue) => analogue.check(number, self.count_um),
+        }
+    }
+
     /// The law may ask for pulses as fast as the drive's limit: the front end must be able to emit them.
     fn check_pulses(&self, number: usize, tick_hz: f64) -> Result<(), DesignError> {
         let fastest = emitter::fastest(emitter::clocks_per_tick(tick_hz)).0;
-        let fits = self.drive(tick_hz).fastest <= fastest;
+        let fits = self.motor != Motor::Stepper || self.drive(tick_hz).fastest <= fastest;
         let accepted = "smaller, or step_um larger: 1.2 times this speed needs more step pulses than one each 64 \
                         clocks of 125 MHz";
         check(Some(number), "speed_mm_s", self.speed_mm_s, fits, accepted)
@@ -359,14 +378,7 @@ impl AxisSettings {
         let limits = self.limits(tick_hz);
         AxisConfig {
             sense: self.sense(tick_hz),
-            guard: guard::Config {
-                following_error: Pos::from_um(self.following_error_um),
-                encoder_lost_pulses: libm::floor(self.encoder_lost_um / self.step_um) as u32,
-                stall_pm: Pos::from_um(self.stall_um).pm() as u32,
-                step: guard::Travel::of(Pos::from_um(self.step_um).pm() as i32),
-                count: guard::Travel::of(Pos::from_um(self.count_um).pm() as i32),
-                illegal_transitions: self.illegal_transitions,
-            },
+            guard: self.guard(),
             homing: self.homing(tick_hz),
             servo: self.servo(tick_hz),
             drive: self.drive(tick_hz),
@@ -379,12 +391,31 @@ impl AxisSettings {
         }
     }
 
+    /// A DC motor emits no pulses that could be compared with counts: its encoder is watched by its signals, its motion by
+    /// the following error.
+    fn guard(&self) -> guard::Config {
+        let stepper = self.motor == Motor::Stepper;
+        let lost = libm::floor(self.encoder_lost_um / self.step_um) as u32;
+        guard::Config {
+            following_error: Pos::from_um(self.following_error_um),
+            encoder_lost_pulses: if stepper { lost } else { u32::MAX },
+            stall_pm: if stepper { Pos::from_um(self.stall_um).pm() as u32 } else { u32::MAX },
+            step: guard::Travel::of(Pos::from_um(self.step_um).pm() as i32),
+            count: guard::Travel::of(Pos::from_um(self.count_um).pm() as i32),
+            illegal_transitions: self.illegal_transitions,
+        }
+    }
+
     fn sense(&self, tick_hz: f64) -> sense::Config {
         let ticks = |ms: f64| libm::ceil(ms * 1e-3 * tick_hz).clamp(1.0, 65_535.0) as u16;
         sense::Config {
             count_pm: Pos::from_um(self.count_um).pm() as i32,
             switch_press_ticks: ticks(self.switch_press_ms),
             switch_release_ticks: ticks(self.switch_release_ms),
+            head: match &self.encoder {
+                Encoder::Digital => None,
+                Encoder::Analogue(analogue) => Some(analogue.build()),
+            },
         }
     }
 
@@ -431,6 +462,13 @@ impl AxisSettings {
         drive::Config {
             fastest: fastest.clamp(1.0, 2_147_483_647.0) as i32,
             change: change.clamp(1.0, 2_147_483_647.0) as i32,
+            stage: match self.motor {
+                Motor::Stepper => drive::PowerStage::Steps,
+                Motor::Dc { full_speed_mm_s } => {
+                    let duty = 32_768.0 * self.step_um * 1e-3 * tick_hz / full_speed_mm_s;
+                    drive::PowerStage::Pwm { duty: libm::round(duty).clamp(1.0, 2_147_483_647.0) as i32 }
+                }
+            },
         }
     }
 }

@@ -14,10 +14,10 @@ use crate::wide;
 pub struct Config {
     /// Largest distance between set-point and reading.
     pub following_error: Pos,
-    /// Step pulses commanded while the encoder stands still to the count, at which it is taken for lost.
+    /// Step pulses commanded while the encoder stands still to the count, at which it is taken for lost; `u32::MAX`: never.
     pub encoder_lost_pulses: u32,
     /// Loss of steps against the encoder, faster than about 4096 ticks, at which the motor is taken for stalled,
-    /// picometres; at most [`MOST_PM`].
+    /// picometres; at most [`MOST_PM`], or `u32::MAX`: never.
     pub stall_pm: u32,
     /// Travel of a step pulse.
     pub step: Travel,
@@ -103,6 +103,9 @@ impl Guard {
         let illegal = self.count_illegal(sensed);
         if sensed.drive_fault {
             return Some(Fault::DriveFault { axis });
+        }
+        if let Some(what) = sensed.signal {
+            return Some(Fault::Signal { axis, what });
         }
         if illegal > config.illegal_transitions {
             return Some(Fault::EncoderIllegal { axis, transitions: illegal });

@@ -2,6 +2,7 @@
 
 use crate::command::axis_name;
 use crate::machine::State;
+use crate::sense::health::{Report, SignalFault};
 use crate::units::{InMm, InUm, Pos};
 use core::fmt;
 
@@ -99,6 +100,13 @@ pub enum Fault {
         /// How many within a block of 256 ticks.
         transitions: u16,
     },
+    /// The signals of an analogue encoder do not tell the position any more.
+    Signal {
+        /// Which axis.
+        axis: usize,
+        /// What they lack.
+        what: SignalFault,
+    },
     /// The motor lost steps.
     Stall {
         /// Which axis.
@@ -151,6 +159,7 @@ impl fmt::Display for Fault {
             Self::EncoderIllegal { axis, transitions } => {
                 write!(f, "{}: {transitions} illegal encoder transitions", axis_name(axis))
             }
+            Self::Signal { axis, what } => write!(f, "{}: {what}", axis_name(axis)),
             Self::Stall { axis } => write!(f, "{}: the motor lost steps", axis_name(axis)),
             Self::Homing { axis, failure } => write!(f, "{}: homing: {failure}", axis_name(axis)),
         }
@@ -228,6 +237,11 @@ pub struct AxisStatus {
     pub illegal: u32,
     /// Filtered pulses since power-on.
     pub glitches: u32,
+    /// How often the zero of the scale was passed since it is known (row B5); wraps. Whoever wants the event of a crossing
+    /// looks whether this has changed: one tick later at most.
+    pub zero_crossings: u32,
+    /// How good the signals are, if they are analogue.
+    pub signals: Option<Report>,
     /// What the last homing found.
     pub home: HomeReport,
 }

@@ -108,7 +108,7 @@ impl Run {
                 }
                 Some(Played::Map(axis)) => see(Seen::Map { tick: self.tick, axis }),
                 Some(Played::Proven) => unproven = self.tick + 1,
-                Some(Played::Plan) => {}
+                Some(Played::Background) => {}
             }
         }
     }

@@ -14,12 +14,16 @@ pub mod recursive;
 mod solve;
 pub mod subdivide;
 
+use head::Head;
+use health::SignalFault;
+use periods::Periods;
+
 use crate::edge::AxisInputs;
 use crate::units::{Counts, Pos};
 use crate::wide;
 
 /// What sensing an axis needs to know.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Config {
     /// One count after 4× decoding, picometres.
@@ -28,6 +32,8 @@ pub struct Config {
     pub switch_press_ticks: u16,
     /// Ticks that a switch must be free before it is believed; longer than it bounces.
     pub switch_release_ticks: u16,
+    /// An analogue reading head, if the axis has one.
+    pub head: Option<head::Config>,
 }
 
 /// What one tick knows of an axis.
@@ -42,6 +48,8 @@ pub struct Sensed {
     pub moved: i32,
     /// Extended counter at the reference mark, when it was passed since the last tick.
     pub index: Option<Counts>,
+    /// Why the analogue signals cannot be trusted.
+    pub signal: Option<SignalFault>,
     /// Illegal transitions since the last tick.
     pub illegal: u16,
     /// Filtered pulses since the last tick.
@@ -64,6 +72,8 @@ pub struct Sense {
     pub now: Sensed,
     last: Option<u32>,
     origin: Counts,
+    /// The same for an analogue head: where the zero lies on its grating.
+    zero: Periods,
     low: Switch,
     high: Switch,
 }
@@ -71,7 +81,7 @@ pub struct Sense {
 impl Sense {
     /// Reads one tick into [`Sense::now`]. The counter may move up to 2³¹ counts between two ticks.
     #[inline]
-    pub fn read(&mut self, inputs: &AxisInputs, config: Config) {
+    pub fn read(&mut self, inputs: &AxisInputs, config: &Config) {
         self.extend(inputs.counter, config);
         self.now.index = None;
         if let Some(latched) = inputs.index {
@@ -88,15 +98,44 @@ impl Sense {
 
     /// Puts the zero of the scale frame at an extended count; returns how far it moved. The position becomes another
     /// by as much.
-    pub fn set_origin(&mut self, origin: Counts, config: Config) -> Pos {
-        let moved = (origin - self.origin).to_pos(config.count_pm);
+    pub fn set_origin(&mut self, origin: Counts, config: &Config, head: Option<&Head>) -> Pos {
+        let moved = match (head, &config.head) {
+            (Some(head), Some(of)) => {
+                let zero = head.position_of(origin.get());
+                let moved = Periods(zero.way_from(self.zero)).pm(of.period_pm);
+                self.zero = zero;
+                Pos::from_pm(moved)
+            }
+            _ => (origin - self.origin).to_pos(config.count_pm),
+        };
         self.origin = origin;
         self.now.position = self.now.position - moved;
         moved
     }
 
+    /// What an analogue head adds to the tick that was just read. Its position is not carried along: it is read anew in
+    /// every tick, so that nothing adds up.
+    #[inline(never)]
+    pub fn read_head(&mut self, inputs: &AxisInputs, config: &head::Config, head: &mut Head) {
+        if inputs.illegal != 0 {
+            head.illegal();
+        }
+        let read = head.read(inputs.sin_cos, self.now.raw.get(), config);
+        let now = &mut self.now;
+        now.signal = read.fault;
+        now.position = Pos::from_pm(Periods(read.position.way_from(self.zero)).pm(config.period_pm));
+        if !config.counted {
+            // Quarters of a period are the counts that no counter counts.
+            let raw = Counts::new(read.position.0 >> 30);
+            now.moved = raw.get().wrapping_sub(now.raw.get()) as i32;
+            now.raw = raw;
+            // The mark lies where the tick sees it.
+            now.index = inputs.index.map(|_| raw);
+        }
+    }
+
     /// Carries the position along with the counter: a product of the few counts of a tick is a short one.
-    fn extend(&mut self, counter: u32, config: Config) {
+    fn extend(&mut self, counter: u32, config: &Config) {
         let last = self.last.replace(counter).unwrap_or(counter);
         let moved = counter.wrapping_sub(last).cast_signed();
         let now = &mut self.now;
@@ -127,7 +166,7 @@ struct Switch {
 }
 
 impl Switch {
-    fn read(&mut self, contact: bool, config: Config) -> bool {
+    fn read(&mut self, contact: bool, config: &Config) -> bool {
         if contact == self.pressed {
             self.disagrees = 0;
             return self.pressed;
@@ -146,14 +185,15 @@ impl Switch {
 mod tests {
     use super::*;
 
-    const CONFIG: Config = Config { count_pm: 100_000, switch_press_ticks: 3, switch_release_ticks: 50 };
+    const CONFIG: Config =
+        Config { count_pm: 100_000, switch_press_ticks: 3, switch_release_ticks: 50, head: None };
 
     fn at(counter: u32) -> AxisInputs {
         AxisInputs { counter, ..AxisInputs::default() }
     }
 
     fn read(sense: &mut Sense, inputs: &AxisInputs) -> Sensed {
-        sense.read(inputs, CONFIG);
+        sense.read(inputs, &CONFIG);
         sense.now
     }
 
@@ -179,7 +219,7 @@ mod tests {
         let mut sense = Sense::default();
         read(&mut sense, &at(0));
         read(&mut sense, &at(70));
-        assert_eq!(sense.set_origin(Counts::new(30), CONFIG), Pos::from_um(3.0));
+        assert_eq!(sense.set_origin(Counts::new(30), &CONFIG, None), Pos::from_um(3.0));
         assert_eq!(read(&mut sense, &at(71)).position, Pos::from_um(4.1));
         assert_eq!(sense.now.raw, Counts::new(71));
     }
@@ -191,7 +231,7 @@ mod tests {
         let mut before = false;
         let contact = |t: u32| t >= 100 && (t > 120 || t % 4 != 3);
         for t in 0..300 {
-            let now = switch.read(contact(t), CONFIG);
+            let now = switch.read(contact(t), &CONFIG);
             changes += u32::from(now != before);
             before = now;
         }

@@ -26,12 +26,12 @@ pub const BUDGET: [Row; 11] = [
     row("guard", &[2], None),
     row("machine", &[3], None),
     row("guard + machine", &[2, 3], Some(1680)),
-    row("plan", &[4], Some(1210)),
-    row("compensate", &[5], Some(760)),
-    row("servo", &[6], Some(1300)),
+    row("plan", &[4], Some(1190)),
+    row("compensate", &[5], Some(750)),
+    row("servo", &[6], Some(1280)),
     row("drive", &[7], None),
     row("publish", &[8], None),
-    row("drive + publish", &[7, 8], Some(810)),
+    row("drive + publish", &[7, 8], Some(860)),
     row("whole tick", &[0], Some(6250)),
 ];
 

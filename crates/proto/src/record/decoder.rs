@@ -134,6 +134,7 @@ impl<const N: usize> Cursor<'_, N> {
             entry::STOP => Event::Command(Command::Stop),
             entry::RESET => Event::Command(Command::Reset),
             entry::PLAN => Event::Plan { number: self.block.number32()?, start: self.block.number32()? },
+            entry::REFINE => Event::Refine { axis: self.axis()? },
             entry::NO_MAP => Event::Map { axis: self.axis()?, map: None },
             entry::MAP => {
                 let axis = self.axis()?;

@@ -142,6 +142,11 @@ impl<const N: usize, S: Sink> Encoder<N, S> {
                 to.number32(number);
                 to.number32(start);
             }
+            Event::Refine { axis } => {
+                let mut to = self.open(ROOM)?;
+                to.byte(entry::REFINE);
+                to.number(axis as u64);
+            }
             Event::Map { axis, map: None } => {
                 let mut to = self.open(ROOM)?;
                 to.byte(entry::NO_MAP);

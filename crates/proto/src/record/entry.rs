@@ -21,6 +21,7 @@ pub(super) const PLAN: u8 = 0xc7;
 pub(super) const MAP: u8 = 0xc8;
 pub(super) const NO_MAP: u8 = 0xc9;
 pub(super) const HASH: u8 = 0xca;
+pub(super) const REFINE: u8 = 0xcb;
 
 /// In the byte that opens a tick: more than counters and pulses changed.
 const REST: u8 = 0x40;

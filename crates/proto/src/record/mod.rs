@@ -43,12 +43,12 @@ pub use error::{RecordError, RecordFault};
 pub use hash::OutputsHash;
 pub use replay::{Played, Replay, ReplayError};
 
-use abbe_core::background::{self, HandOver};
+use abbe_core::background::{self, Done};
 use abbe_core::compensate::ErrorMap;
 use abbe_core::{Command, Controller, Inputs, Outputs};
 
 /// Version of the bytes; it changes whenever a recording of one could not be read as the other.
-pub const FORMAT: u8 = 1;
+pub const FORMAT: u8 = 2;
 /// The longest block, bytes, with its head.
 pub const LONGEST_BLOCK: usize = 4096;
 /// Ticks from one hash of the outputs to the next.
@@ -73,6 +73,11 @@ pub enum Event<'m, const N: usize> {
         /// Tick at which its path begins.
         start: u32,
     },
+    /// The samples of an axis' analogue encoder went into its correction. What came of it follows from the controller.
+    Refine {
+        /// Which axis.
+        axis: usize,
+    },
     /// An error map was offered to an axis, or taken from it.
     Map {
         /// Which axis.
@@ -82,9 +87,12 @@ pub enum Event<'m, const N: usize> {
     },
 }
 
-impl<const N: usize> From<HandOver> for Event<'_, N> {
-    fn from(plan: HandOver) -> Self {
-        Self::Plan { number: plan.number, start: plan.start }
+impl<const N: usize> From<Done> for Event<'_, N> {
+    fn from(done: Done) -> Self {
+        match done {
+            Done::Plan { number, start } => Self::Plan { number, start },
+            Done::Refined { axis } => Self::Refine { axis },
+        }
     }
 }
 
@@ -102,7 +110,8 @@ pub fn apply<const N: usize>(controller: &mut Controller<N>, event: &Event<'_, N
     match *event {
         Event::Tick(ref inputs) => return Some(controller.tick(inputs)),
         Event::Command(command) => _ = controller.command(command),
-        Event::Plan { number, start } => background::repeat(controller, HandOver { number, start }),
+        Event::Plan { number, start } => background::repeat(controller, Done::Plan { number, start }),
+        Event::Refine { axis } => background::repeat(controller, Done::Refined { axis }),
         Event::Map { axis, map } => _ = controller.set_error_map(axis, map.copied()),
     }
     None

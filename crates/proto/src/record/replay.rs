@@ -21,8 +21,8 @@ pub enum Played<const N: usize> {
     Tick(Outputs<N>),
     /// A request, and how it was answered.
     Command(Command<N>, Result<Accepted, Refusal>),
-    /// A plan was handed over.
-    Plan,
+    /// Work between two ticks: a plan was handed over, or an encoder's correction learned.
+    Background,
     /// The error map of this axis was offered or taken.
     Map(usize),
     /// All outputs up to here are those of the recorded run.
@@ -99,7 +99,7 @@ impl<'a, const N: usize> Replay<'a, N> {
                     Played::Tick(outputs)
                 }
                 (None, Event::Map { axis, .. }) => Played::Map(axis),
-                (None, _) => Played::Plan,
+                (None, _) => Played::Background,
             },
             Entry::Hash(hash) if hash == self.hash => {
                 self.proven = self.ticks;

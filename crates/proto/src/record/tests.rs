@@ -18,6 +18,7 @@ enum Happening<const N: usize> {
     Tick(Inputs<N>),
     Command(Command<N>),
     Plan(u32, u32),
+    Refine(usize),
     Map(usize, Option<Box<ErrorMap>>),
 }
 
@@ -26,6 +27,7 @@ impl<const N: usize> Happening<N> {
         match self {
             Self::Tick(inputs) => Event::Tick(*inputs),
             Self::Command(command) => Event::Command(*command),
+            Self::Refine(axis) => Event::Refine { axis: *axis },
             Self::Plan(number, start) => Event::Plan { number: *number, start: *start },
             Self::Map(axis, map) => Event::Map { axis: *axis, map: map.as_deref() },
         }
@@ -35,6 +37,7 @@ impl<const N: usize> Happening<N> {
         match *event {
             Event::Tick(inputs) => Self::Tick(inputs),
             Event::Command(command) => Self::Command(command),
+            Event::Refine { axis } => Self::Refine(axis),
             Event::Plan { number, start } => Self::Plan(number, start),
             Event::Map { axis, map } => Self::Map(axis, map.map(|map| Box::new(*map))),
         }
@@ -123,6 +126,7 @@ fn any_step<const N: usize>() -> impl Strategy<Value = Step<N>> {
         6 => any_inputs().prop_map(|inputs| Step::Anything(Happening::Tick(inputs))),
         3 => any_command().prop_map(|command| Step::Anything(Happening::Command(command))),
         2 => any::<(u32, u32)>().prop_map(|(n, start)| Step::Anything(Happening::Plan(n, start))),
+        1 => (0_usize..5).prop_map(|axis| Step::Anything(Happening::Refine(axis))),
         1 => (any::<usize>(), prop::option::of(any_map()))
             .prop_map(|(axis, map)| Step::Anything(Happening::Map(axis, map))),
         4 => any::<u8>().prop_map(Step::Quiet),
@@ -490,7 +494,7 @@ fn a_replay_ends_where_the_run_did_and_proves_every_tick() {
     let (mut plans, mut refused, mut proofs) = (0, 0, 0);
     while let Some(played) = replay.step(&mut again).unwrap() {
         match played {
-            Played::Plan => plans += 1,
+            Played::Background => plans += 1,
             Played::Command(_, answer) => refused += u32::from(answer.is_err()),
             Played::Proven => proofs += 1,
             Played::Tick(_) | Played::Map(_) => {}

@@ -3,6 +3,7 @@
 use super::{Expectation, Step, Within};
 use crate::{Event, Twin};
 use abbe_core::publish::{End, Fault, HomingFailure};
+use abbe_core::sense::health::SignalFault;
 use abbe_core::{Accepted, Command, Pos, Refusal, Status};
 
 /// Nothing is waited for longer, s of the stage's time.
@@ -281,6 +282,16 @@ fn name_of(fault: &Fault) -> String {
         Fault::EncoderLost { axis } => format!("encoder lost {}", axis_name(axis)),
         Fault::EncoderIllegal { axis, .. } => format!("encoder illegal {}", axis_name(axis)),
         Fault::Stall { axis } => format!("stall {}", axis_name(axis)),
+        Fault::Signal { axis, what } => {
+            let what = match what {
+                SignalFault::Lost => "lost",
+                SignalFault::OffCircle => "off circle",
+                SignalFault::Missed => "missed",
+                SignalFault::Disagrees => "disagrees",
+                SignalFault::Fast => "fast",
+            };
+            format!("signal {} {what}", axis_name(axis))
+        }
         Fault::Homing { axis, failure } => {
             let what = match failure {
                 HomingFailure::SwitchNotFound => "switch not found",

@@ -1,0 +1,142 @@
+//! What an axis is read and moved by.
+
+use super::{DesignError, check};
+use crate::sense::ellipse::{Ellipse, LARGEST_ALPHA, RATIOS};
+use crate::sense::head;
+use crate::sense::subdivide::LARGEST_FACTOR;
+use crate::units::Pos;
+
+/// What reads the position.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Encoder {
+    /// Square signals, counted by the front end (row A3).
+    #[default]
+    Digital,
+    /// A sine and a cosine, sampled in every tick (rows B2 … B8).
+    Analogue(Analogue),
+}
+
+/// An encoder with a sine and a cosine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Analogue {
+    /// Signal period, µm; four times `count_um`.
+    pub period_um: f64,
+    /// Amplitude of the cosine, part of the converter's full scale; 0.05 … 1.
+    pub amplitude: f64,
+    /// Offset of the cosine, parts of the amplitude; −0.5 … 0.5. `abbe encoder` finds this and the next three.
+    pub offset_cos: f64,
+    /// Offset of the sine, parts of the amplitude; −0.5 … 0.5.
+    pub offset_sin: f64,
+    /// Amplitude of the sine over that of the cosine; 0.5 … 2.
+    pub gain: f64,
+    /// By how much the sine leads a quarter of a period, degrees; −30 … 30.
+    pub phase_deg: f64,
+    /// Steps of a period, 4 … 4096 (paper B: 160); 0: as fine as the samples are.
+    pub factor: u16,
+    /// Paper B's first limit filter: largest step of a sample, parts of the amplitude; 0: no filter.
+    pub sample_limit: f64,
+    /// Paper B's second limit filter, on the steps.
+    pub count_limit: bool,
+    /// Comparators and a counter count the same signals.
+    pub counted: bool,
+    /// Let offsets, gain and phase follow their drift.
+    pub track: bool,
+}
+
+impl Default for Analogue {
+    /// Paper B's grating, with perfect signals at three quarters of the converter.
+    fn default() -> Self {
+        Self {
+            period_um: 0.8,
+            amplitude: 0.75,
+            offset_cos: 0.0,
+            offset_sin: 0.0,
+            gain: 1.0,
+            phase_deg: 0.0,
+            factor: 0,
+            sample_limit: 0.0,
+            count_limit: false,
+            counted: true,
+            track: true,
+        }
+    }
+}
+
+/// Full scale of a converter, codes.
+const FULL_SCALE: f64 = 32_768.0;
+/// A code this far from zero is taken for the end of a converter: the last code of 8 bits is 32 512.
+const RAIL: i16 = 32_500;
+
+impl Analogue {
+    pub(super) fn check(&self, axis: usize, count_um: f64) -> Result<(), DesignError> {
+        let axis = Some(axis);
+        let fits = (self.period_um - 4.0 * count_um).abs() <= 1e-9 * self.period_um;
+        check(axis, "encoder.period_um", self.period_um, fits, "four times count_um")?;
+        let fits = (0.05..=1.0).contains(&self.amplitude);
+        check(axis, "encoder.amplitude", self.amplitude, fits, "0.05 … 1")?;
+        for (key, value) in [("encoder.offset_cos", self.offset_cos), ("encoder.offset_sin", self.offset_sin)]
+        {
+            check(axis, key, value, (-0.5..=0.5).contains(&value), "-0.5 … 0.5")?;
+        }
+        check(axis, "encoder.gain", self.gain, RATIOS.contains(&self.gain), "0.5 … 2")?;
+        let fits = self.phase_deg.to_radians().abs() <= LARGEST_ALPHA;
+        check(axis, "encoder.phase_deg", self.phase_deg, fits, "-30 … 30")?;
+        let fits = self.factor == 0 || (4..=LARGEST_FACTOR).contains(&self.factor);
+        check(axis, "encoder.factor", f64::from(self.factor), fits, "0 or 4 … 4096")?;
+        let fits = (0.0..=2.0).contains(&self.sample_limit);
+        check(axis, "encoder.sample_limit", self.sample_limit, fits, "0 … 2")?;
+        let fits = !self.count_limit || self.factor != 0;
+        check(axis, "encoder.count_limit", 1.0, fits, "off without encoder.factor")
+    }
+
+    pub(super) fn build(&self) -> head::Config {
+        let radius = self.amplitude * FULL_SCALE;
+        head::Config {
+            period_pm: Pos::from_um(self.period_um).pm() as i32,
+            ellipse: Ellipse {
+                p: self.offset_cos * radius,
+                q: self.offset_sin * radius,
+                r: 1.0 / self.gain,
+                alpha: -self.phase_deg.to_radians(),
+                radius,
+            },
+            rail: RAIL,
+            counted: self.counted,
+            factor: self.factor,
+            sample_limit: libm::round(self.sample_limit * radius).clamp(0.0, 65_535.0) as u16,
+            count_limit: self.count_limit,
+            tracks: self.track,
+        }
+    }
+}
+
+/// What moves an axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Motor {
+    /// Step pulses of `step_um`.
+    #[default]
+    Stepper,
+    /// A DC motor behind an H-bridge (row B1). The servo's speeds become voltages; `step_um` is only the unit in which
+    /// they are counted.
+    Dc {
+        /// Speed at full duty without load, mm/s.
+        full_speed_mm_s: f64,
+    },
+}
+
+impl Motor {
+    pub(super) fn check(&self, axis: usize, speed_mm_s: f64) -> Result<(), DesignError> {
+        let Self::Dc { full_speed_mm_s } = *self else { return Ok(()) };
+        let fits = full_speed_mm_s >= 1.2 * speed_mm_s && full_speed_mm_s <= 1e4;
+        check(
+            Some(axis),
+            "motor.full_speed_mm_s",
+            full_speed_mm_s,
+            fits,
+            "at least 1.2 times speed_mm_s, at most 10000",
+        )
+    }
+}
