@@ -100,7 +100,7 @@ impl<const N: usize> Controller<N> {
     pub fn new(config: Config<N>) -> Self {
         Self {
             config,
-            axes: config.axes.map(Axis::new),
+            axes: config.axes.each_ref().map(Axis::new),
             state: State::Off,
             fault: None,
             path: Path::holding([Pos::ZERO; N]),
@@ -603,9 +603,9 @@ impl<const N: usize> Controller<N> {
 }
 
 impl Axis {
-    fn new(config: AxisConfig) -> Self {
+    fn new(config: &AxisConfig) -> Self {
         Self {
-            config,
+            config: *config,
             sense: Sense::default(),
             guard: Guard::default(),
             map: None,

@@ -285,7 +285,9 @@ mod tests {
         assert!(told(forged(|body| body.program = "9.9.9".into())).starts_with("abbe 9.9.9 recorded it"));
         assert!(matches!(forged(|body| body.layout ^= 1), RecordingError::Layout));
         assert!(told(forged(|body| body.edge += 1)).starts_with("its inputs are of version 2"));
-        assert!(told(forged(|body| body.format += 1)).contains(&format!("its blocks of version {}", FORMAT + 1)));
+        assert!(
+            told(forged(|body| body.format += 1)).contains(&format!("its blocks of version {}", FORMAT + 1))
+        );
         assert!(told(forged(|body| body.origin.settings.tick_hz = -1.0)).contains("tick_hz"));
         assert!(told(forged(|body| body.stretches.clear())).contains("nothing was recorded"));
         assert!(told(forged(|body| body.stretches[0].length = 5)).contains("unpacked"));

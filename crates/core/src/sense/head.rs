@@ -147,25 +147,36 @@ impl Head {
     }
 
     /// The position in whole steps of the period.
-    #[inline]
+    #[inline(never)]
     fn stepped(&mut self, config: &Config) -> Periods {
-        let factor = i64::from(config.factor);
-        let scaled = wide::mul_u32(self.last.0 as u32, u32::from(config.factor)).wrapping_add(1 << 31) >> 32;
-        let whole = wide::mul_i32((self.last.0 >> 32) as i32, i32::from(config.factor));
-        let mut steps = whole.wrapping_add(scaled.cast_signed());
+        let factor = u32::from(config.factor);
+        let turns = (self.last.0 >> 32) as i32;
+        // From the beginning of the period, rounded to nearest: may be all of its steps.
+        let step = (wide::mul_u32(self.last.0 as u32, factor).wrapping_add(1 << 31) >> 32) as i32;
         if config.count_limit {
-            steps = self.count_limit.pass(steps);
-        }
-        // Back: whole periods and the rest, without a division in the usual case that nothing was filtered.
-        let rest = steps.wrapping_sub(whole);
-        let (turns, rest) = if (0..=factor).contains(&rest) {
-            (self.last.0 >> 32, rest)
+            self.filtered(turns, step, factor.cast_signed())
         } else {
-            let turns = steps.checked_div_euclid(factor).unwrap_or(0);
-            (turns, steps.wrapping_sub(turns.wrapping_mul(factor)))
-        };
-        let part = wide::mul_u32(rest as u32, self.step).wrapping_add(rest.cast_unsigned() / 2);
-        Periods((turns << 32).wrapping_add(part.cast_signed()))
+            self.at(turns, step)
+        }
+    }
+
+    /// Paper B's second filter may leave a step in another period than it came from.
+    #[cold]
+    fn filtered(&mut self, turns: i32, step: i32, factor: i32) -> Periods {
+        let steps = wide::mul_i32(turns, factor).wrapping_add(i64::from(step));
+        let passed = self.count_limit.pass(steps);
+        // Less than half of a sample's way from where it came from.
+        let step = step.wrapping_add(passed.wrapping_sub(steps) as i32);
+        let before = step.checked_div_euclid(factor).unwrap_or(0);
+        self.at(turns.wrapping_add(before), step.wrapping_sub(before.wrapping_mul(factor)))
+    }
+
+    /// A step of a period, 0 … factor.
+    fn at(&self, turns: i32, step: i32) -> Periods {
+        let step = step.cast_unsigned();
+        // A step is a little more than its 32 bits say.
+        let part = wide::mul_u32(step, self.step).wrapping_add(u64::from(step / 2));
+        Periods((i64::from(turns) << 32).wrapping_add(part.cast_signed()))
     }
 
     /// What the last block of samples was like.
