@@ -1,0 +1,286 @@
+//! An analogue head from end to end: poor signals, a converter, comparators with hysteresis, motion, and what goes wrong.
+//!
+//! The signals are made here, in floats, from the model in `docs/theory.md`; the head sees codes and counts.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use abbe_core::edge::SinCos;
+use abbe_core::sense::ellipse::Ellipse;
+use abbe_core::sense::head::{Config, Head};
+use abbe_core::sense::health::{Findings, Grade, SignalFault};
+use abbe_core::sense::periods::Periods;
+use std::f64::consts::TAU;
+
+/// nm.
+const PERIOD: f64 = 800.0;
+const TICK: f64 = 1e-4;
+const RADIUS: f64 = 22_000.0;
+
+const CONFIG: Config = Config {
+    period_pm: 800_000,
+    ellipse: Ellipse::circle(RADIUS),
+    rail: 32_500,
+    counted: true,
+    factor: 0,
+    sample_limit: 0,
+    count_limit: false,
+    tracks: true,
+};
+
+struct Random(u64);
+
+impl Random {
+    /// `SplitMix64` (Steele, Lea, Flood, 2014).
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn normal(&mut self) -> f64 {
+        (0..4).map(|_| self.uniform() - 0.5).sum::<f64>() * 3_f64.sqrt()
+    }
+}
+
+/// A grating's signals: offsets +5 % and −3 %, gain 1.08, 4° from quadrature, 0.3 % noise, 14 bits.
+struct Grating {
+    random: Random,
+    amplitude: f64,
+    noise: f64,
+    /// Counts of the comparators, each with a hysteresis of 3 % of the amplitude.
+    a: bool,
+    b: bool,
+    count: i64,
+    counting: bool,
+}
+
+impl Grating {
+    fn new(seed: u64, nm: f64) -> Self {
+        let mut grating = Self {
+            random: Random(seed << 32),
+            amplitude: 1.0,
+            noise: 0.003,
+            a: false,
+            b: false,
+            count: 0,
+            counting: true,
+        };
+        let [x, y] = grating.signals(nm);
+        (grating.a, grating.b) = (x < 0.0, y < 0.0);
+        grating
+    }
+
+    fn signals(&self, nm: f64) -> [f64; 2] {
+        let angle = nm / PERIOD * TAU;
+        [self.amplitude * angle.cos() + 0.05, self.amplitude * 1.08 * (angle + 4_f64.to_radians()).sin() - 0.03]
+    }
+
+    /// The head goes to a place; the comparators see all that lies between.
+    fn go(&mut self, from: f64, to: f64) {
+        let steps = ((to - from).abs() / 10.0).ceil().max(1.0) as u32;
+        for step in 1..=steps {
+            let [x, y] = self.signals(from + (to - from) * f64::from(step) / f64::from(steps));
+            let before = (self.a, self.b);
+            self.a = if self.a { x < 0.03 } else { x < -0.03 };
+            self.b = if self.b { y < 0.03 } else { y < -0.03 };
+            let place = |(a, b)| match (a, b) {
+                (false, false) => 0_i64,
+                (true, false) => 1,
+                (true, true) => 2,
+                (false, true) => 3,
+            };
+            let way = (place((self.a, self.b)) - place(before)).rem_euclid(4);
+            if self.counting {
+                self.count += [0, 1, 0, -1][way as usize];
+            }
+        }
+    }
+
+    fn sample(&mut self, nm: f64) -> SinCos {
+        let [x, y] = self.signals(nm);
+        let mut code = |value: f64| {
+            let code = ((value + self.noise * self.random.normal()) * RADIUS / 4.0).round() * 4.0;
+            code.clamp(-32_768.0, 32_764.0) as i16
+        };
+        SinCos { cos: code(x), sin: code(y) }
+    }
+}
+
+/// Smooth motion within a speed: nm, tick by tick.
+fn motion(speed_mm_s: f64) -> impl Fn(u32) -> f64 {
+    // Two incommensurate swings; the second keeps reversals from falling on the same places.
+    move |tick| {
+        let t = f64::from(tick) * TICK;
+        let (slow, fast) = (3.1, 17.3);
+        let size = speed_mm_s * 1e6 / TAU / 2.0;
+        size / slow * (slow * t * TAU).sin() + size / fast * (fast * t * TAU).sin()
+    }
+}
+
+struct Run {
+    grating: Grating,
+    head: Head,
+    config: Config,
+    zero: Option<f64>,
+    at: f64,
+}
+
+impl Run {
+    fn new(seed: u64, config: Config, nm: f64) -> Self {
+        Self { grating: Grating::new(seed, nm), head: Head::new(&config), config, zero: None, at: nm }
+    }
+
+    /// Goes there and samples: what the head makes of it, off by so many nm from the first.
+    fn step(&mut self, to: f64, sampled: bool) -> (f64, Option<SignalFault>) {
+        self.grating.go(self.at, to);
+        self.at = to;
+        let sample = sampled.then(|| self.grating.sample(to));
+        self.read(sample)
+    }
+
+    fn read(&mut self, sample: Option<SinCos>) -> (f64, Option<SignalFault>) {
+        let read = self.head.read(sample, self.grating.count, &self.config);
+        let off = Periods(read.position.0).pm(self.config.period_pm) as f64 / 1e3 - self.at;
+        let zero = *self.zero.get_or_insert((off / PERIOD).round() * PERIOD);
+        self.head.update();
+        (off - zero, read.fault)
+    }
+}
+
+#[test]
+fn poor_signals_become_a_position_within_a_nanometre_at_5_and_at_50_mm_s() {
+    for (speed, seed) in [(0.05, 1), (5.0, 2), (50.0, 3)] {
+        let mut run = Run::new(seed, CONFIG, 0.0);
+        // A slow stretch first: the recursion learns only far below aliasing.
+        for tick in 0..6000 {
+            run.step(f64::from(tick) * 31.0, true);
+        }
+        let (began, path) = (run.at, motion(speed));
+        let (mut worst, mut sum, ticks) = (0.0_f64, 0.0, 60_000);
+        for tick in 0..ticks {
+            let (off, fault) = run.step(began + path(tick), true);
+            assert_eq!(fault, None, "{speed} mm/s, tick {tick}");
+            worst = worst.max(off.abs());
+            sum += off * off;
+        }
+        let rms = (sum / f64::from(ticks)).sqrt();
+        println!("{speed} mm/s: {rms:.2} nm rms, worst {worst:.2} nm");
+        // Noise of 0.3 % alone is 0.4 nm rms.
+        assert!(rms < 0.6 && worst < 3.0, "{speed} mm/s: {rms} nm rms, worst {worst} nm");
+        assert_eq!(run.head.report().grade(), Grade::Good, "{:?}", run.head.report());
+    }
+}
+
+#[test]
+fn without_a_counter_speed_is_no_limit_but_acceleration() {
+    let config = Config { counted: false, ..CONFIG };
+    let mut run = Run::new(4, config, 0.0);
+    // 0 to 60 mm/s and back, at 10 m/s²: a quarter of the limit, 40 m/s².
+    let (mut at, mut speed) = (0.0, 0.0);
+    for tick in 0..3000 {
+        let acceleration = [100.0, 0.0, -100.0, -100.0, 0.0, 100.0][(tick / 60 % 6) as usize];
+        speed += acceleration;
+        at += speed;
+        let (off, fault) = run.step(at, true);
+        assert!(fault.is_none() && off.abs() < 20.0, "tick {tick}: {off} nm, {fault:?}");
+    }
+    // Beyond it: told in the very sample.
+    let found = (0..20).find_map(|_| {
+        speed += 330.0;
+        at += speed;
+        run.step(at, true).1
+    });
+    assert_eq!(found, Some(SignalFault::Fast));
+}
+
+#[test]
+fn steps_of_a_160th_are_multiples_of_5_nm() {
+    for count_limit in [false, true] {
+        let mut run = Run::new(5, Config { factor: 160, count_limit, ..CONFIG }, 0.0);
+        let path = motion(2.0);
+        for tick in 0..20_000 {
+            run.grating.go(run.at, path(tick));
+            run.at = path(tick);
+            let sample = run.grating.sample(run.at);
+            let position = run.head.read(Some(sample), run.grating.count, &run.config).position;
+            let steps = position.turns() * 160.0;
+            assert!((steps - steps.round()).abs() < 1e-5, "{steps}");
+        }
+    }
+}
+
+#[test]
+fn a_pulled_plug_dirt_clipping_and_lost_counts_are_found_before_the_position_is_wrong() {
+    let path = motion(4.0);
+    for seed in 0..40 {
+        let from = 200 + 37 * seed as u32;
+        let spoil = |what: &dyn Fn(&mut Run)| {
+            let mut run = Run::new(seed, CONFIG, 0.0);
+            let mut worst = 0.0_f64;
+            for tick in 0..from + 20_000 {
+                if tick == from {
+                    what(&mut run);
+                }
+                let (off, fault) = run.step(path(tick), true);
+                if let Some(fault) = fault {
+                    return (tick.checked_sub(from), fault, worst);
+                }
+                worst = worst.max(off.abs());
+            }
+            panic!("seed {seed}: never found; {:?}", run.head.report());
+        };
+        // No light: within three samples, and the position stands still meanwhile (4 mm/s are 400 nm a tick).
+        let (after, fault, _) = spoil(&|run| run.grating.amplitude = 0.02);
+        assert_eq!((after, fault), (Some(2), SignalFault::Lost));
+        // The counter stops: found within half a period of travel, the position is right until then.
+        let (_, fault, worst) = spoil(&|run| run.grating.counting = false);
+        assert!(matches!(fault, SignalFault::Disagrees) && worst < 20.0, "{fault:?}: {worst} nm");
+        // Two counts at once, as an illegal transition swallows them: in the very sample.
+        let (_, fault, worst) = {
+            let mut run = Run::new(seed, CONFIG, 0.0);
+            let mut worst = 0.0_f64;
+            (0..40_000)
+                .find_map(|tick| {
+                    if tick == from {
+                        run.grating.count += 2;
+                    }
+                    let (off, fault) = run.step(path(tick), true);
+                    worst = if fault.is_none() { worst.max(off.abs()) } else { worst };
+                    fault.map(|fault| (tick, fault, worst))
+                })
+                .unwrap()
+        };
+        assert!(matches!(fault, SignalFault::Disagrees) && worst < 20.0, "{fault:?}: {worst} nm");
+    }
+}
+
+#[test]
+fn missed_samples_are_bridged_by_the_count_and_too_many_are_a_fault() {
+    let path = motion(5.0);
+    let mut run = Run::new(9, CONFIG, 0.0);
+    for tick in 0..20_000 {
+        let (off, fault) = run.step(path(tick), tick % 50 != 7 && tick % 50 != 8 && tick % 50 != 9);
+        // The count knows a quarter of a period.
+        assert!(fault.is_none() && off.abs() < 240.0, "tick {tick}: {off} nm, {fault:?}");
+    }
+    assert!(run.head.report().warn.has(Findings::MISSED), "{:?}", run.head.report());
+    let faults: Vec<_> = (20_000..20_012).map(|tick| run.step(path(tick), false).1).collect();
+    assert_eq!(faults.iter().position(Option::is_some), Some(8), "{faults:?}");
+}
+
+#[test]
+fn saturation_and_dirt_are_graded() {
+    let grade = |amplitude: f64| {
+        let mut run = Run::new(11, CONFIG, 0.0);
+        run.grating.amplitude = amplitude;
+        let fault = (0..3000).find_map(|tick| run.step(f64::from(tick) * 41.0, true).1);
+        (run.head.report(), fault)
+    };
+    let (dirty, fault) = grade(0.6);
+    assert!(fault.is_none() && dirty.warn.has(Findings::WEAK), "{dirty:?}");
+    let (dirtier, fault) = grade(0.4);
+    assert!(fault.is_none() && dirtier.fail.has(Findings::WEAK), "{dirtier:?}");
+    let (strong, fault) = grade(1.45);
+    assert!(fault.is_none() && strong.fail.has(Findings::CLIPPED), "{strong:?}");
+}
