@@ -2,6 +2,7 @@
 
 use crate::failure::{Failure, one_line};
 use abbe_core::design::{Analogue, AxisSettings, Config, Encoder, Motor, StageSettings};
+use abbe_core::sense::harmonics::Harmonics;
 use abbe_mosaic::scan::Sense;
 use abbe_twin::Plant;
 use abbe_twin::plant::PresetError;
@@ -93,6 +94,8 @@ enum EncoderFile {
         offset_sin: f64,
         gain: f64,
         phase_deg: f64,
+        #[serde(default)]
+        harmonics: [[f64; 2]; 8],
         factor: u16,
         sample_limit: f64,
         count_limit: bool,
@@ -112,6 +115,7 @@ impl EncoderFile {
                 offset_sin,
                 gain,
                 phase_deg,
+                harmonics,
                 factor,
                 sample_limit,
                 count_limit,
@@ -124,6 +128,7 @@ impl EncoderFile {
                 offset_sin,
                 gain,
                 phase_deg,
+                harmonics: Harmonics(harmonics),
                 factor,
                 sample_limit,
                 count_limit,

@@ -5,6 +5,7 @@
 
 use abbe_core::edge::SinCos;
 use abbe_core::sense::ellipse::Ellipse;
+use abbe_core::sense::harmonics::Harmonics;
 use abbe_core::sense::head::{Config, Head};
 use abbe_core::sense::health::{Findings, Grade, SignalFault};
 use abbe_core::sense::periods::Periods;
@@ -18,6 +19,7 @@ const RADIUS: f64 = 22_000.0;
 const CONFIG: Config = Config {
     period_pm: 800_000,
     ellipse: Ellipse::circle(RADIUS),
+    harmonics: Harmonics([[0.0; 2]; 8]),
     rail: 32_500,
     counted: true,
     factor: 0,
@@ -73,7 +75,10 @@ impl Grating {
 
     fn signals(&self, nm: f64) -> [f64; 2] {
         let angle = nm / PERIOD * TAU;
-        [self.amplitude * angle.cos() + 0.05, self.amplitude * 1.08 * (angle + 4_f64.to_radians()).sin() - 0.03]
+        [
+            self.amplitude * angle.cos() + 0.05,
+            self.amplitude * 1.08 * (angle + 4_f64.to_radians()).sin() - 0.03,
+        ]
     }
 
     /// The head goes to a place; the comparators see all that lies between.

@@ -2,6 +2,7 @@
 
 use super::{DesignError, check};
 use crate::sense::ellipse::{Ellipse, LARGEST_ALPHA, RATIOS};
+use crate::sense::harmonics::Harmonics;
 use crate::sense::head;
 use crate::sense::subdivide::LARGEST_FACTOR;
 use crate::units::Pos;
@@ -33,6 +34,8 @@ pub struct Analogue {
     pub gain: f64,
     /// By how much the sine leads a quarter of a period, degrees; −30 … 30.
     pub phase_deg: f64,
+    /// What is left after these, by harmonics of the phase: parts of a period, cosine and sine, each ± 1/64 at most.
+    pub harmonics: Harmonics,
     /// Steps of a period, 4 … 4096 (paper B: 160); 0: as fine as the samples are.
     pub factor: u16,
     /// Paper B's first limit filter: largest step of a sample, parts of the amplitude; 0: no filter.
@@ -55,6 +58,7 @@ impl Default for Analogue {
             offset_sin: 0.0,
             gain: 1.0,
             phase_deg: 0.0,
+            harmonics: Harmonics::default(),
             factor: 0,
             sample_limit: 0.0,
             count_limit: false,
@@ -83,6 +87,9 @@ impl Analogue {
         check(axis, "encoder.gain", self.gain, RATIOS.contains(&self.gain), "0.5 … 2")?;
         let fits = self.phase_deg.to_radians().abs() <= LARGEST_ALPHA;
         check(axis, "encoder.phase_deg", self.phase_deg, fits, "-30 … 30")?;
+        let largest = self.harmonics.sizes().into_iter().fold(0.0, f64::max);
+        let fits = self.harmonics.sizes().iter().all(|size| (0.0..=1.0 / 64.0).contains(size));
+        check(axis, "encoder.harmonics", largest, fits, "parts of a period, at most 1/64 each")?;
         let fits = self.factor == 0 || (4..=LARGEST_FACTOR).contains(&self.factor);
         check(axis, "encoder.factor", f64::from(self.factor), fits, "0 or 4 … 4096")?;
         let fits = (0.0..=2.0).contains(&self.sample_limit);
@@ -102,6 +109,7 @@ impl Analogue {
                 alpha: -self.phase_deg.to_radians(),
                 radius,
             },
+            harmonics: self.harmonics,
             rail: RAIL,
             counted: self.counted,
             factor: self.factor,

@@ -2,6 +2,7 @@
 
 use super::correct::{Correction, Residual};
 use super::ellipse::Ellipse;
+use super::harmonics::Harmonics;
 use super::health::{Health, Report, Sample, SignalFault};
 use super::limit::{CountLimit, SampleLimit};
 use super::moments::Moments;
@@ -19,6 +20,8 @@ pub struct Config {
     pub period_pm: i32,
     /// The signals as they were when somebody looked at them: codes of ± 2¹⁵.
     pub ellipse: Ellipse,
+    /// What they are off by beyond the ellipse.
+    pub harmonics: Harmonics,
     /// A code this far from zero is at the end of the converter.
     pub rail: i16,
     /// A counter counts the same signals ([`Join`]); without one the phase is followed ([`Unwrap`]).
@@ -75,7 +78,7 @@ impl Head {
         health.shape(&config.ellipse);
         Self {
             correction: recursive.correction(),
-            residual: Residual::NONE,
+            residual: config.harmonics.residual(),
             nominal: recursive.nominal(),
             join: Join::default(),
             unwrap: Unwrap::default(),
@@ -220,10 +223,5 @@ impl Head {
     /// The ellipse in use.
     pub fn ellipse(&self) -> &Ellipse {
         self.recursive.ellipse()
-    }
-
-    /// Puts a table of harmonics in use.
-    pub fn set_residual(&mut self, residual: Residual) {
-        self.residual = residual;
     }
 }
