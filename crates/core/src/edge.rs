@@ -26,9 +26,10 @@
 //! # The least a plant must fill in
 //!
 //! Of [`Inputs`]: `tick`. Of [`AxisInputs`]: `counter`, `pulses`, `limit_low`, and in homing `index`. Everything else may
-//! stay as [`Inputs::at_rest`] has it: no switch pressed, no fault, an undisturbed encoder. `sin_cos`, `joystick`,
-//! `key_columns`, `trigger` and `temperatures_mk` are not read by this version, and of the outputs it only sets
-//! `actuation` (always [`Actuation::Steps`]) and `enable`.
+//! stay as [`Inputs::at_rest`] has it: no switch pressed, no fault, an undisturbed encoder. An axis that was designed with an
+//! analogue encoder wants `sin_cos` in every tick. `joystick`, `key_columns`, `trigger` and `temperatures_mk` are not read by
+//! this version, and of the outputs it only sets `actuation` ([`Actuation::Steps`], or [`Actuation::Pwm`] for an axis that was
+//! designed with a DC motor) and `enable`.
 //!
 //! ```
 //! use abbe_core::design::StageSettings;
@@ -83,7 +84,7 @@
 /// Version of the two types below; it changes whenever a recorded run of one could not be read as the other.
 pub const EDGE_VERSION: u16 = 1;
 
-/// The two samples of an analogue encoder, taken at one instant.
+/// The two samples of an analogue encoder, taken at one instant. A converter of fewer bits gives the upper ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SinCos {
@@ -113,7 +114,9 @@ pub struct AxisInputs {
     /// switch and ignores the others, so it is there that the mark must repeat to the count. The value is that of
     /// `counter` at the mark itself, not at the tick.
     pub index: Option<u32>,
-    /// Sine and cosine, if the axis has an analogue encoder. Not read by this version.
+    /// Sine and cosine, sampled at the instant of `counter`, if the axis has an analogue encoder; `None` is a sample that was
+    /// missed, eight in a row at most. `counter` counts the quarters of its period, unless it was designed without a counter:
+    /// A is low while the cosine is positive, B while the sine is. Not read of an axis with square signals.
     pub sin_cos: Option<SinCos>,
     /// Step pulses emitted so far, signed: those up minus those down, since power-on; it wraps.
     ///
@@ -195,7 +198,7 @@ pub enum Actuation {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AxisOutputs {
-    /// The motor, in force until the outputs of the next tick. This version always says [`Actuation::Steps`].
+    /// The motor, in force until the outputs of the next tick: what the axis was designed with.
     pub actuation: Actuation,
     /// Code of the piezo's converter; 0 on an axis without one.
     pub piezo: u16,
