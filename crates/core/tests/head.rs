@@ -261,6 +261,28 @@ fn a_pulled_plug_dirt_clipping_and_lost_counts_are_found_before_the_position_is_
 }
 
 #[test]
+fn after_lost_counts_the_head_goes_on_from_where_it_is() {
+    let path = motion(1.0);
+    for lost in [-3, -2, -1, 1, 2, 3, 5] {
+        let mut run = Run::new(13, CONFIG, 0.0);
+        let mut faults = 0;
+        for tick in 0..30_000 {
+            if tick == 1000 {
+                run.grating.count += lost;
+            }
+            let (off, fault) = run.step(path(tick), true);
+            faults += u32::from(fault.is_some());
+            // Off by whole periods, no more than the counts that were lost.
+            assert!((off - (off / PERIOD).round() * PERIOD).abs() < 40.0, "{lost}, tick {tick}: {off} nm");
+            assert!(off.abs() < 1700.0, "{lost}, tick {tick}: {off} nm");
+        }
+        // None is silent, not even a single one; and a fault does not go on when nothing is lost any more.
+        assert!((1..5).contains(&faults), "{lost}: {faults} faults");
+        assert_eq!(run.head.report().fail, Findings::NONE);
+    }
+}
+
+#[test]
 fn missed_samples_are_bridged_by_the_count_and_too_many_are_a_fault() {
     let path = motion(5.0);
     let mut run = Run::new(9, CONFIG, 0.0);

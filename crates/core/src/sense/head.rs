@@ -105,6 +105,9 @@ impl Head {
         let (position, disagreement, surprise) = self.place(count, phase, config);
         let seen = Sample { radius: polar.radius, clipped, disagreement, surprise };
         let fault = self.health.sample(&seen);
+        if fault.is_some() {
+            self.begin_anew(count, phase);
+        }
         if config.tracks && !self.ready {
             self.ready = self.gather.sample(sample, polar, self.nominal);
         }
@@ -114,6 +117,13 @@ impl Head {
         }
         let position = if config.factor == 0 { self.last } else { self.stepped(config) };
         Read { position, fault }
+    }
+
+    /// After a fault nothing that was known of the period holds; what is read from now on does, once the zero is found.
+    #[cold]
+    fn begin_anew(&mut self, count: i64, phase: Phase) {
+        self.join.begin_anew(count, phase);
+        self.unwrap = Unwrap::default();
     }
 
     #[inline]

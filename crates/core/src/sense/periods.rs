@@ -109,16 +109,25 @@ impl Join {
     fn agree(&mut self, count: i64, phase: Phase) -> i64 {
         let in_quadrant = (phase.0 & ((1 << 30) - 1)).cast_signed().wrapping_sub(1 << 29);
         self.sure = in_quadrant.wrapping_abs() <= MIDDLE;
-        let before = self.offset;
-        if let Some(offset) = before
-            && !self.sure
-        {
-            return offset;
+        match self.offset {
+            Some(offset) if !self.sure => offset,
+            _ => self.meet(count, phase),
         }
-        // Nearest to the offset before, so that no period is lost or won by it.
-        let quadrant = i64::from(phase.0 >> 30);
-        let wanted = quadrant.wrapping_sub(count);
-        let near = before.unwrap_or(wanted);
+    }
+
+    /// Counts were lost or won, and the position with them: begins anew from here, without a jump of more than half a
+    /// period. Somebody has to find the zero again.
+    #[cold]
+    pub fn begin_anew(&mut self, count: i64, phase: Phase) {
+        self.sure = false;
+        self.meet(count, phase);
+    }
+
+    /// Takes the offset by which the count's quadrant is that of the phase: the one nearest to that before, so that no
+    /// period is lost or won.
+    fn meet(&mut self, count: i64, phase: Phase) -> i64 {
+        let wanted = i64::from(phase.0 >> 30).wrapping_sub(count);
+        let near = self.offset.unwrap_or(wanted);
         let way = wanted.wrapping_sub(near) & 3;
         let way = if way > 2 { way.wrapping_sub(4) } else { way };
         let offset = near.wrapping_add(way);
