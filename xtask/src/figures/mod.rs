@@ -31,6 +31,8 @@ pub(crate) enum Topic {
     Twin,
     /// What a tick costs a Cortex-M0+, stage by stage; adds a row to the history.
     Cycles,
+    /// Ten thousand million edges, counted; and how many were lost.
+    Edges,
     /// Hashes of all outputs of the golden traces, on every processor.
     Golden,
     /// How fast the board's PIO programs are exact.
@@ -44,6 +46,7 @@ pub(crate) enum Topic {
 const SEEDS: std::ops::RangeInclusive<u32> = 1..=6;
 const HOMING_SEEDS: std::ops::RangeInclusive<u32> = 1..=2;
 const HOMINGS: u32 = 200;
+const EDGES: &str = "10000000000";
 
 /// A row of a table: its name, where its numbers stand in a summary, and their decimals.
 struct Row {
@@ -124,6 +127,7 @@ impl Topic {
             Self::Homing => "homing",
             Self::Twin => "twin",
             Self::Cycles => "cycles",
+            Self::Edges => "edges",
             Self::Golden => "golden",
             Self::Pio => "pio",
             Self::Firmware => "firmware",
@@ -138,6 +142,7 @@ impl Topic {
             Self::Homing => homing(root),
             Self::Twin => twin(root),
             Self::Cycles => cycles::section(root, page, &today()?, &commit(root)?),
+            Self::Edges => edges(root),
             Self::Golden => golden(root),
             Self::Pio => pio(root),
             Self::Firmware => images(root),
@@ -208,6 +213,15 @@ fn twin(root: &Path) -> Result<String> {
     let lines = stdout_of(&mut command)?;
     ensure!(!lines.trim().is_empty(), "the speed example printed nothing");
     Ok(format!("```text\n{}\n```", lines.trim_end()))
+}
+
+/// The table that the example prints.
+fn edges(root: &Path) -> Result<String> {
+    let mut command = cargo(root);
+    command.args(["run", "--quiet", "--release", "-p", "abbe-core", "--example", "edges", EDGES]);
+    let table = stdout_of(&mut command)?;
+    ensure!(table.contains('|'), "the example printed no table");
+    Ok(table)
 }
 
 /// What `cargo xtask golden` prints.
