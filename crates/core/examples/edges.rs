@@ -76,12 +76,12 @@ impl Stage {
         let from = levels(self.place);
         self.place += if self.up { 1 } else { -1 };
         let to = levels(self.place);
-        if (random >> 40) & 15 == 0 {
+        if (random >> 40).is_multiple_of(16) {
             self.chatter(from, to, random >> 16);
         }
         self.counter.edge(self.clock, to.0, to.1, false);
         self.tally.edges += 1;
-        if (random >> 32) & 7 == 0 {
+        if (random >> 32).is_multiple_of(8) {
             self.noise(to, random >> 20);
         }
     }
