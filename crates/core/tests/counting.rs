@@ -44,7 +44,7 @@ impl PaperCounter {
     }
 
     /// Position in half pulses.
-    fn halves(&self) -> i32 {
+    fn halves(self) -> i32 {
         2 * self.count + i32::from(self.half)
     }
 }
