@@ -1,15 +1,50 @@
-//! The mechanics of one axis: stepper, ball screw, slide, end stops.
+//! The mechanics of one axis: motor, screw, slide, end stops.
 
+use crate::dc_motor::DcMotor;
 use crate::friction::LuGre;
 use crate::noise::Noise;
 use crate::plant::{AxisPlant, LoadPlant};
 use crate::stepper::Stepper;
 use crate::trig::sin_turns;
 
+/// What turns the screw.
+#[derive(Clone, Debug)]
+enum Motor {
+    Stepper(Stepper),
+    Dc(DcMotor),
+}
+
+impl Motor {
+    fn new(plant: &AxisPlant, microstep_phase: f64) -> Self {
+        match (&plant.motor, &plant.dc_motor) {
+            (_, Some(dc)) => Self::Dc(DcMotor::new(dc)),
+            (Some(stepper), None) => {
+                Self::Stepper(Stepper::new(stepper, stepper.inertia_kg_mm2 * 1e-6, microstep_phase))
+            }
+            (None, None) => unreachable!("a plant that was read has a motor"),
+        }
+    }
+
+    fn set_angle(&mut self, turns: f64) {
+        match self {
+            Self::Stepper(motor) => motor.angle = turns,
+            Self::Dc(motor) => motor.angle = turns,
+        }
+    }
+
+    /// Turns, and turns a second.
+    fn shaft(&self) -> (f64, f64) {
+        match self {
+            Self::Stepper(motor) => (motor.angle, motor.speed),
+            Self::Dc(motor) => (motor.angle, motor.speed),
+        }
+    }
+}
+
 /// The moving parts of an axis; the slide's place is in metres from the reference mark, by the true measure.
 #[derive(Clone, Debug)]
 pub struct Mechanics {
-    motor: Stepper,
+    motor: Motor,
     friction: LuGre,
     /// Metres a turn.
     lead: f64,
@@ -43,7 +78,7 @@ impl Mechanics {
         let extra = load.friction_n_kg * load.kg;
         let mass = plant.mass_kg + load.kg;
         let stiffness = plant.screw.stiffness_n_um * 1e6;
-        let motor = Stepper::new(&plant.motor, plant.motor.inertia_kg_mm2 * 1e-6, noise.uniform(0.0, 1.0));
+        let motor = Motor::new(plant, noise.uniform(0.0, 1.0));
         let lead = plant.screw.lead_mm * 1e-3;
         let mut mechanics = Self {
             motor,
@@ -69,19 +104,26 @@ impl Mechanics {
             speed: 0.0,
             bristles: 0.0,
         };
-        mechanics.motor.angle = (mechanics.place + noise.uniform(-0.5, 0.5) * mechanics.backlash) / lead;
+        mechanics.motor.set_angle((mechanics.place + noise.uniform(-0.5, 0.5) * mechanics.backlash) / lead);
         mechanics
     }
 
     /// Switches the motor's current.
     pub fn energise(&mut self, on: bool, pulses: i32) {
-        self.motor.energise(on, pulses);
+        match &mut self.motor {
+            Motor::Stepper(motor) => motor.energise(on, pulses),
+            Motor::Dc(motor) => motor.energise(on),
+        }
     }
 
-    /// One step of `dt` seconds.
-    pub fn step(&mut self, pulses: i32, dt: f64) {
+    /// One step of `dt` seconds, at `pulses` emitted so far or at a duty of −1 … 1.
+    pub fn step(&mut self, pulses: i32, duty: f64, dt: f64) {
         let force = self.screw_force();
-        self.motor.step(pulses, force * self.lead / core::f64::consts::TAU, dt);
+        let load = force * self.lead / core::f64::consts::TAU;
+        match &mut self.motor {
+            Motor::Stepper(motor) => motor.step(pulses, load, dt),
+            Motor::Dc(motor) => motor.step(duty, load, dt),
+        }
         let friction = self.friction.force(&mut self.bristles, self.speed, dt);
         if self.jammed {
             self.speed = 0.0;
@@ -93,7 +135,8 @@ impl Mechanics {
 
     /// Where the nut would put the slide without backlash, m.
     fn nut(&self) -> f64 {
-        self.motor.angle * self.lead + self.wobble * sin_turns(self.motor.angle + self.wobble_phase)
+        let (angle, _) = self.motor.shaft();
+        angle * self.lead + self.wobble * sin_turns(angle + self.wobble_phase)
     }
 
     /// Force of the nut on the slide, N: nothing inside the backlash.
@@ -103,7 +146,7 @@ impl Mechanics {
         if bent == 0.0 {
             return 0.0;
         }
-        let force = self.stiffness * bent + self.damping * (self.motor.speed * self.lead - self.speed);
+        let force = self.stiffness * bent + self.damping * (self.motor.shaft().1 * self.lead - self.speed);
         // Balls push, they do not pull.
         if bent > 0.0 { force.max(0.0) } else { force.min(0.0) }
     }

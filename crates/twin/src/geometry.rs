@@ -1,10 +1,15 @@
 //! Guides that are not straight: where the table's centre is when the slides are somewhere.
 //!
-//! The error model of stacked slides with X carrying Y, in ISO 230-1 symbols. Each slide's rotations act over the
+//! The error model of stacked slides in ISO 230-1 symbols; with X carrying Y (paper A). Each slide's rotations act over the
 //! offset from its own scale:
 //!
 //! dX = EXY(y) − a·y − ECX(x)(y + py) − ECY(y) py + EBX(x) pz + EBY(y) pz
 //! dY = EYX(x) + ECX(x) px + ECY(y) px − EAX(x) pz − EAY(y) pz
+//!
+//! and with Y carrying X (paper B)
+//!
+//! dX = EXY(y) − ECX(x) py − ECY(y) py + EBX(x) pz + EBY(y) pz
+//! dY = EYX(x) − a·x + ECY(y)(x + px) + ECX(x) px − EAX(x) pz − EAY(y) pz
 //!
 //! with x, y from the middle of the travel. EXX and EYY are in the scales.
 
@@ -76,6 +81,7 @@ pub struct Geometry {
     sideways_um: f64,
     down_um: f64,
     centre_um: f64,
+    y_carries_x: bool,
 }
 
 impl Geometry {
@@ -89,18 +95,25 @@ impl Geometry {
             sideways_um: settings.scale_sideways_mm * 1e3,
             down_um: settings.scale_down_mm * 1e3,
             centre_um: settings.travel_mm * 500.0,
+            y_carries_x: settings.y_carries_x,
         }
     }
 
     /// How far the table's centre is from where the two slides alone would put it, µm.
     pub fn deviation_um(&self, slides_um: [f64; 2]) -> [f64; 2] {
         let [x, y] = slides_um;
-        let across = y - self.centre_um;
+        let (along, across) = (x - self.centre_um, y - self.centre_um);
         let (sideways, down) = (self.sideways_um, self.down_um);
         let (xy, yx) = (self.y.straightness.at(y), self.x.straightness.at(x));
         let (ecx, ecy) = (self.x.yaw.at(x), self.y.yaw.at(y));
         let (ebx, eby) = (self.x.pitch.at(x), self.y.roll.at(y));
         let (eax, eay) = (self.x.roll.at(x), self.y.pitch.at(y));
+        if self.y_carries_x {
+            return [
+                xy - (ecx + ecy) * sideways + (ebx + eby) * down,
+                yx - self.squareness * along + ecy * (along + sideways) + ecx * sideways - (eax + eay) * down,
+            ];
+        }
         [
             xy - self.squareness * across - ecx * (across + sideways) - ecy * sideways + (ebx + eby) * down,
             yx + (ecx + ecy) * sideways - (eax + eay) * down,
@@ -125,6 +138,7 @@ mod tests {
     fn geometry() -> Geometry {
         let settings = GeometryPlant {
             travel_mm: 100.0,
+            y_carries_x: false,
             scale_sideways_mm: 60.0,
             scale_down_mm: 10.0,
             angle_arcsec_pp: 4.0,

@@ -7,10 +7,12 @@
 
 pub mod plant;
 
+pub mod dc_motor;
 pub mod friction;
 pub mod noise;
 pub mod trig;
 
+pub mod analogue;
 pub mod axis;
 pub mod geometry;
 pub mod heat;

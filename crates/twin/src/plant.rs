@@ -35,14 +35,18 @@ pub struct Plant {
 pub struct AxisPlant {
     /// Moving mass without load, kg.
     pub mass_kg: f64,
-    /// Motor.
-    pub motor: MotorPlant,
+    /// A stepper, or else a DC motor.
+    pub motor: Option<MotorPlant>,
+    /// A DC motor, or else a stepper.
+    pub dc_motor: Option<DcMotorPlant>,
     /// Ball screw.
     pub screw: ScrewPlant,
     /// Friction of guides and nut.
     pub friction: FrictionPlant,
     /// Scale and reading head.
     pub scale: ScalePlant,
+    /// An analogue reading head; without it the scale gives square signals.
+    pub head: Option<HeadPlant>,
     /// Limit switches.
     pub switches: SwitchPlant,
     /// End stops.
@@ -69,6 +73,66 @@ pub struct MotorPlant {
     pub damping_ratio: f64,
     /// Peak microstep error, part of a full step.
     pub microstep_error: f64,
+}
+
+/// A brushed DC motor and its bridge.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DcMotorPlant {
+    /// Supply of the bridge, V.
+    pub supply_v: f64,
+    /// Winding and bridge, Ω.
+    pub resistance_ohm: f64,
+    /// Winding, mH.
+    pub inductance_mh: f64,
+    /// Torque of an ampere, N·m/A, and voltage of a rad/s, V·s.
+    pub constant_nm_a: f64,
+    /// Rotor, coupling and screw, kg·mm².
+    pub inertia_kg_mm2: f64,
+    /// Bearings and brushes, N·m per rad/s.
+    pub viscous_nm_s: f64,
+    /// What the dead time of the bridge takes of every voltage, V.
+    pub dead_time_v: f64,
+    /// The bridge gives no more, A.
+    pub current_limit_a: f64,
+}
+
+/// An analogue reading head over the grating.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HeadPlant {
+    /// Amplitude of the cosine, part of the converter's full scale.
+    pub amplitude: f64,
+    /// Offset of the cosine, part of the amplitude.
+    pub offset_cos: f64,
+    /// Offset of the sine, part of the amplitude.
+    pub offset_sin: f64,
+    /// Amplitude of the sine over that of the cosine.
+    pub gain: f64,
+    /// By how much the sine leads a quarter of a period, degrees.
+    pub phase_deg: f64,
+    /// Third harmonic of the signals, part of the amplitude.
+    pub third: f64,
+    /// Fifth harmonic of the signals, part of the amplitude.
+    pub fifth: f64,
+    /// Noise of each channel, part of the amplitude rms.
+    pub noise: f64,
+    /// The sine is sampled later than the cosine by so much, ns.
+    pub skew_ns: f64,
+    /// Drift of amplitude and offsets along the travel, part of the amplitude rms.
+    pub drift: f64,
+    /// Its length, mm: waves of a metre over this.
+    pub drift_length_mm: f64,
+    /// Drift with temperature, part of the amplitude a kelvin.
+    pub drift_per_k: f64,
+    /// Place of each line of the grating, µm rms.
+    pub line_rms_um: f64,
+    /// Bits of the converter, 8 … 16.
+    pub bits: u8,
+    /// Its integral non-linearity, last bits.
+    pub inl_lsb: f64,
+    /// Hysteresis of the comparators, ± part of the amplitude.
+    pub hysteresis: f64,
 }
 
 /// A ball screw.
@@ -169,6 +233,9 @@ pub struct StopPlant {
 pub struct GeometryPlant {
     /// Travel over which the waves below are counted, mm.
     pub travel_mm: f64,
+    /// Y carries X (paper B); else X carries Y (paper A).
+    #[serde(default)]
+    pub y_carries_x: bool,
     /// Scale to table centre, sideways, mm.
     pub scale_sideways_mm: f64,
     /// Scale to table centre, downwards, mm.
@@ -359,6 +426,14 @@ impl Plant {
                 }
             }
         }
+        for (axis, name) in [(&self.x, "x"), (&self.y, "y")] {
+            if let Some(contradiction) = axis.contradiction() {
+                let message = format!("[plant.{name}] {contradiction}");
+                let header = format!("[plant.{name}]");
+                let line = text.lines().position(|line| line.starts_with(&header)).map(|line| line + 1);
+                return Err(PresetError { file: file.to_owned(), line, message });
+            }
+        }
         self.camera.check().map_err(|error| {
             let line = line_of(text, "[plant.camera]", error.key);
             PresetError { file: file.to_owned(), line, message: error.to_string() }
@@ -376,17 +451,9 @@ pub fn line_of(text: &str, header: &str, key: &str) -> Option<usize> {
 
 impl AxisPlant {
     fn ranges(&self) -> Vec<Range> {
-        let (motor, screw, friction, scale) = (&self.motor, &self.screw, &self.friction, &self.scale);
-        vec![
+        let (screw, friction, scale) = (&self.screw, &self.friction, &self.scale);
+        let mut ranges = vec![
             Range("", "mass_kg", self.mass_kg, 0.1, 1000.0),
-            Range(".motor", "full_steps", f64::from(motor.full_steps), 4.0, 10_000.0),
-            Range(".motor", "microsteps", f64::from(motor.microsteps), 1.0, 1024.0),
-            Range(".motor", "holding_torque_nm", motor.holding_torque_nm, 1e-3, 100.0),
-            Range(".motor", "detent_torque_nm", motor.detent_torque_nm, 0.0, 100.0),
-            Range(".motor", "corner_rev_s", motor.corner_rev_s, 0.1, 1e4),
-            Range(".motor", "inertia_kg_mm2", motor.inertia_kg_mm2, 0.1, 1e5),
-            Range(".motor", "damping_ratio", motor.damping_ratio, 0.0, 2.0),
-            Range(".motor", "microstep_error", motor.microstep_error, 0.0, 1.0),
             Range(".screw", "lead_mm", screw.lead_mm, 0.05, 100.0),
             Range(".screw", "once_per_turn_um", screw.once_per_turn_um, 0.0, 1000.0),
             Range(".screw", "backlash_um", screw.backlash_um, 0.0, 1000.0),
@@ -418,6 +485,74 @@ impl AxisPlant {
             Range(".switches", "bounce_ms", self.switches.bounce_ms, 0.0, 1000.0),
             Range(".stops", "low_mm", self.stops.low_mm, -1000.0, 1000.0),
             Range(".stops", "high_mm", self.stops.high_mm, self.stops.low_mm, 1000.0),
+        ];
+        ranges.extend(self.motor.iter().flat_map(MotorPlant::ranges));
+        ranges.extend(self.dc_motor.iter().flat_map(DcMotorPlant::ranges));
+        ranges.extend(self.head.iter().flat_map(HeadPlant::ranges));
+        ranges
+    }
+
+    /// What the single numbers do not say.
+    fn contradiction(&self) -> Option<&'static str> {
+        if self.motor.is_some() == self.dc_motor.is_some() {
+            return Some("must have either a [motor] (a stepper) or a [dc_motor]");
+        }
+        let quarter =
+            (4.0 * self.scale.count_um - self.scale.grating_um).abs() < 1e-9 * self.scale.grating_um;
+        (self.head.is_some() && !quarter)
+            .then_some("has a [head], so [scale] must have a `count_um` of a quarter of `grating_um`")
+    }
+}
+
+impl MotorPlant {
+    fn ranges(&self) -> [Range; 8] {
+        [
+            Range(".motor", "full_steps", f64::from(self.full_steps), 4.0, 10_000.0),
+            Range(".motor", "microsteps", f64::from(self.microsteps), 1.0, 1024.0),
+            Range(".motor", "holding_torque_nm", self.holding_torque_nm, 1e-3, 100.0),
+            Range(".motor", "detent_torque_nm", self.detent_torque_nm, 0.0, 100.0),
+            Range(".motor", "corner_rev_s", self.corner_rev_s, 0.1, 1e4),
+            Range(".motor", "inertia_kg_mm2", self.inertia_kg_mm2, 0.1, 1e5),
+            Range(".motor", "damping_ratio", self.damping_ratio, 0.0, 2.0),
+            Range(".motor", "microstep_error", self.microstep_error, 0.0, 1.0),
+        ]
+    }
+}
+
+impl DcMotorPlant {
+    fn ranges(&self) -> [Range; 8] {
+        [
+            Range(".dc_motor", "supply_v", self.supply_v, 0.1, 1000.0),
+            Range(".dc_motor", "resistance_ohm", self.resistance_ohm, 0.01, 1000.0),
+            Range(".dc_motor", "inductance_mh", self.inductance_mh, 0.0, 1000.0),
+            Range(".dc_motor", "constant_nm_a", self.constant_nm_a, 1e-4, 10.0),
+            Range(".dc_motor", "inertia_kg_mm2", self.inertia_kg_mm2, 0.1, 1e5),
+            Range(".dc_motor", "viscous_nm_s", self.viscous_nm_s, 0.0, 1.0),
+            Range(".dc_motor", "dead_time_v", self.dead_time_v, 0.0, self.supply_v),
+            Range(".dc_motor", "current_limit_a", self.current_limit_a, 1e-3, 1000.0),
+        ]
+    }
+}
+
+impl HeadPlant {
+    fn ranges(&self) -> [Range; 16] {
+        [
+            Range(".head", "amplitude", self.amplitude, 0.01, 2.0),
+            Range(".head", "offset_cos", self.offset_cos, -1.0, 1.0),
+            Range(".head", "offset_sin", self.offset_sin, -1.0, 1.0),
+            Range(".head", "gain", self.gain, 0.1, 10.0),
+            Range(".head", "phase_deg", self.phase_deg, -60.0, 60.0),
+            Range(".head", "third", self.third, -0.2, 0.2),
+            Range(".head", "fifth", self.fifth, -0.2, 0.2),
+            Range(".head", "noise", self.noise, 0.0, 0.5),
+            Range(".head", "skew_ns", self.skew_ns, -1e5, 1e5),
+            Range(".head", "drift", self.drift, 0.0, 0.5),
+            Range(".head", "drift_length_mm", self.drift_length_mm, 0.5, 1e4),
+            Range(".head", "drift_per_k", self.drift_per_k, -0.1, 0.1),
+            Range(".head", "line_rms_um", self.line_rms_um, 0.0, 10.0),
+            Range(".head", "bits", f64::from(self.bits), 8.0, 16.0),
+            Range(".head", "inl_lsb", self.inl_lsb, 0.0, 1000.0),
+            Range(".head", "hysteresis", self.hysteresis, 0.0, 0.5),
         ]
     }
 }

@@ -3,9 +3,11 @@
 //! e(r) = actual − reading: the slope and curvature that paper A measured (row A10), graduation error, cyclic error,
 //! and the expansion of the glass.
 
+use crate::analogue::{Head, HeadEvent};
 use crate::noise::Noise;
-use crate::plant::ScalePlant;
+use crate::plant::{HeadPlant, ScalePlant};
 use crate::trig::{floor, sin_turns};
+use abbe_core::edge::SinCos;
 use abbe_core::front::quadrature::levels;
 use abbe_core::front::{QuadratureCounter, Reading};
 
@@ -68,11 +70,24 @@ pub struct Scale {
     index_drawn: bool,
     expansion: f64,
     connected: bool,
+    /// An analogue head, whose comparators make the lines.
+    head: Option<Head>,
 }
 
 impl Scale {
-    /// A scale whose head stands at `place_um`. Power-on: the counter starts at zero there.
+    /// A scale with square signals whose head stands at `place_um`. Power-on: the counter starts at zero there.
     pub fn new(settings: &ScalePlant, place_um: f64, seed: u64, name: &str) -> Self {
+        Self::with_head(settings, None, place_um, seed, name)
+    }
+
+    /// The same, with an analogue head if there is one.
+    pub fn with_head(
+        settings: &ScalePlant,
+        head: Option<&HeadPlant>,
+        place_um: f64,
+        seed: u64,
+        name: &str,
+    ) -> Self {
         let mut noise = Noise::new(seed, &format!("scale {name}"));
         let graduation = graduation(settings, &mut noise);
         let cyclic_phase = noise.uniform(0.0, 1.0);
@@ -94,6 +109,7 @@ impl Scale {
             index_drawn: true,
             expansion: 0.0,
             connected: true,
+            head: None,
         };
         for _ in 0..8 {
             scale.reading_um = place_um - scale.error_um(scale.reading_um);
@@ -101,6 +117,9 @@ impl Scale {
         scale.count = (scale.reading_um / scale.settings.count_um).floor() as i64;
         let (a, b) = levels(scale.count);
         scale.counter = QuadratureCounter::new(scale.settings.filter_clocks, a, b);
+        if let Some(head) = head {
+            scale.put_on(Head::new(head, settings.grating_um, scale.reading_um, seed, name));
+        }
         scale.draw_index();
         scale
     }
@@ -124,14 +143,70 @@ impl Scale {
 
     /// The glass is `kelvin` warmer than 20 °C.
     pub fn warm(&mut self, kelvin: f64) {
+        if let Some(head) = &mut self.head {
+            head.warm(kelvin);
+        }
         self.expansion = self.settings.expansion_um_m_k * 1e-6 * kelvin;
     }
 
     /// A pulled connector leaves both lines where the receiver's fail-safe puts them.
     pub fn connect(&mut self, connected: bool) {
         self.connected = connected;
+        if let Some(head) = &mut self.head {
+            head.connect(connected);
+        }
         if !connected {
             self.edge(self.clock, UNPLUGGED);
+        }
+    }
+
+    /// Puts an analogue head on: from now on its comparators make the lines.
+    fn put_on(&mut self, mut head: Head) {
+        let (a, b) = head.compare(self.reading_um);
+        // Its offsets may put the comparators a count beside the true place.
+        self.count =
+            (-1..=2).map(|off| self.count + off).find(|&count| levels(count) == (a, b)).unwrap_or(self.count);
+        self.counter = QuadratureCounter::new(self.settings.filter_clocks, a, b);
+        self.head = Some(head);
+    }
+
+    /// The analogue head moves from one reading to the present one within `clocks`: in parts of a 24th of a period, so that
+    /// the comparators see every crossing.
+    fn glide_to(&mut self, from_um: f64, clocks: u64) {
+        let way = self.reading_um - from_um;
+        let parts = (way.abs() * 24.0 / self.settings.grating_um) as u64 + 1;
+        let far = (self.count - self.index_count).abs() > INDEX_FAR_COUNTS;
+        if far && !self.index_drawn {
+            self.draw_index();
+        }
+        self.index_drawn = far;
+        let clocks = clocks.saturating_sub(core::mem::take(&mut self.taken));
+        for part in 1..=parts {
+            let reading = from_um + way * part as f64 / parts as f64;
+            let Some(head) = &mut self.head else { return };
+            let before = levels(self.count);
+            let now = head.compare(reading);
+            if now != before {
+                let place = |lines| (0..4).find(|&n| levels(n) == lines).unwrap_or(0);
+                self.count += [0, 1, 2, -1][(place(now) - place(before)).rem_euclid(4) as usize];
+                if self.connected {
+                    self.edge(self.clock + clocks * part / (parts + 1), self.lines());
+                }
+            }
+        }
+        self.clock += clocks;
+    }
+
+    /// What the converter of an analogue head gives, the head going `um_s`.
+    pub fn sample(&mut self, um_s: f64) -> Option<SinCos> {
+        let reading = self.reading_um;
+        self.head.as_mut()?.sample(reading, um_s)
+    }
+
+    /// Something happens to the analogue head.
+    pub fn head_event(&mut self, event: HeadEvent) {
+        if let Some(head) = &mut self.head {
+            head.happen(event);
         }
     }
 
@@ -164,7 +239,12 @@ impl Scale {
     /// Moves the head to `place_um` within `clocks` of the front end: every edge on the way is fed to it.
     pub fn move_to(&mut self, place_um: f64, clocks: u64) {
         // The error changes by at most 5 % of the way: the last reading is a good enough place to ask for it.
+        let before = self.reading_um;
         self.reading_um = place_um - self.error_um(self.reading_um);
+        if self.head.is_some() {
+            self.glide_to(before, clocks);
+            return;
+        }
         let seen = self.reading_um + self.settings.noise_um * self.noise.normal();
         let to = floor(seen / self.settings.count_um);
         let far = (to - self.index_count).abs() > INDEX_FAR_COUNTS;

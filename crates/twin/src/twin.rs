@@ -1,5 +1,6 @@
 //! The twin itself: two axes, their scales and switches, a table, a room.
 
+use crate::analogue::HeadEvent;
 use crate::axis::Mechanics;
 use crate::geometry::Geometry;
 use crate::heat::Heat;
@@ -29,6 +30,13 @@ pub enum Event {
         axis: usize,
         /// Plugged in.
         connected: bool,
+    },
+    /// Something happens to the analogue reading head of an axis; nothing where there is none.
+    Head {
+        /// Which axis.
+        axis: usize,
+        /// What.
+        event: HeadEvent,
     },
     /// Something blocks the slide, or lets it go.
     Jam {
@@ -123,7 +131,7 @@ impl Axis {
         let switches = &axis.switches;
         Self {
             mechanics: Mechanics::new(axis, &plant.load, place_mm, seed, name),
-            scale: Scale::new(&axis.scale, place_um, seed, name),
+            scale: Scale::with_head(&axis.scale, axis.head.as_ref(), place_um, seed, name),
             low: Switch::new(switches, switches.low_mm, -1.0, seed, &format!("{name} low")),
             high: Switch::new(switches, switches.high_mm, 1.0, seed, &format!("{name} high")),
             emitter,
@@ -144,14 +152,18 @@ impl Axis {
         self.emitter.begin_tick(rate);
         let clocks = self.emitter.clocks_per_tick();
         let pulses = [clocks / 2, clocks].map(|clock| self.emitter.pulses_at(clock));
-        Drive { enable: output.enable, pulses }
+        let duty = match output.actuation {
+            Actuation::Pwm(duty) if output.enable => duty,
+            _ => 0,
+        };
+        Drive { enable: output.enable, pulses, duty }
     }
 
     /// One tick of `dt` seconds.
     fn step(&mut self, drive: &Drive, dt: f64) {
         self.mechanics.energise(drive.enable && !self.drive_fault, self.pulses);
         for pulses in drive.pulses {
-            self.mechanics.step(pulses, dt / SUBSTEPS as f64);
+            self.mechanics.step(pulses, f64::from(drive.duty) / 32_768.0, dt / SUBSTEPS as f64);
             self.scale.move_to(self.mechanics.place_um(), CLOCKS / SUBSTEPS);
             self.pulses = pulses;
         }
@@ -183,7 +195,7 @@ impl Axis {
             illegal: reading.illegal,
             glitches: reading.glitches,
             index: reading.index,
-            sin_cos: None,
+            sin_cos: self.scale.sample(self.mechanics.speed_mm_s() * 1e3),
             pulses: self.pulses,
             limit_low,
             limit_high,
@@ -348,6 +360,7 @@ impl Twin {
     pub fn happen(&mut self, event: Event) {
         match event {
             Event::Encoder { axis, connected } => self.axes[axis].scale.connect(connected),
+            Event::Head { axis, event } => self.axes[axis].scale.head_event(event),
             Event::Jam { axis, jammed } => self.axes[axis].mechanics.jammed = jammed,
             Event::Push { axis, newton } => self.axes[axis].mechanics.push = newton,
             Event::MoveSwitch { axis, um } => self.axes[axis].low.shift(um),

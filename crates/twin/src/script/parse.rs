@@ -2,6 +2,7 @@
 
 use super::{Expectation, Line, Step, Within};
 use crate::Event;
+use crate::analogue::{Dirt, HeadEvent};
 use abbe_core::machine::{STATES, State};
 use abbe_core::{Command, Pos};
 
@@ -66,6 +67,20 @@ fn event(words: &[&str]) -> Result<Event, String> {
     Ok(match words {
         ["pull", "encoder", name] => Event::Encoder { axis: axis(name)?, connected: false },
         ["plug", "encoder", name] => Event::Encoder { axis: axis(name)?, connected: true },
+        ["light", name, part] => head(name, HeadEvent::Light(number(part)?))?,
+        ["dirt", name, mm, "width", um, "depth", depth] => head(
+            name,
+            HeadEvent::Dirt(Dirt {
+                at_um: number(mm)? * 1e3,
+                width_um: positive(um)?,
+                depth: number(depth)?,
+            }),
+        )?,
+        ["stick", "cosine", name] => head(name, HeadEvent::Stuck([true, false]))?,
+        ["stick", "sine", name] => head(name, HeadEvent::Stuck([false, true]))?,
+        ["stick", "nothing", name] => head(name, HeadEvent::Stuck([false; 2]))?,
+        ["samples", "stop", name] => head(name, HeadEvent::NoSamples(true))?,
+        ["samples", "come", name] => head(name, HeadEvent::NoSamples(false))?,
         ["jam", name] => Event::Jam { axis: axis(name)?, jammed: true },
         ["free", name] => Event::Jam { axis: axis(name)?, jammed: false },
         ["push", name, newton] => Event::Push { axis: axis(name)?, newton: number(newton)? },
@@ -80,6 +95,10 @@ fn event(words: &[&str]) -> Result<Event, String> {
         ["host", "speaks"] => Event::HostSilent { silent: false },
         _ => return Err(unknown(words)),
     })
+}
+
+fn head(name: &str, event: HeadEvent) -> Result<Event, String> {
+    Ok(Event::Head { axis: axis(name)?, event })
 }
 
 fn expectation(words: &[&str]) -> Result<Expectation, String> {
@@ -106,9 +125,10 @@ fn expectation(words: &[&str]) -> Result<Expectation, String> {
 }
 
 /// The words that a line may begin with.
-const FIRST: [&str; 23] = [
+const FIRST: [&str; 27] = [
     "home", "enable", "disable", "move", "start", "stop", "reset", "wait", "settle", "repeat", "pull",
     "plug", "jam", "free", "push", "shift", "break", "press", "release", "drive", "skip", "host", "expect",
+    "light", "dirt", "stick", "samples",
 ];
 
 fn unknown(words: &[&str]) -> String {
@@ -135,6 +155,11 @@ fn number(word: &str) -> Result<f64, String> {
     let number: f64 = word.parse().map_err(|_| format!("`{word}` is not a number"))?;
     let allowed = number.abs() <= LARGEST;
     allowed.then_some(number).ok_or_else(|| format!("`{word}` is not within ±{LARGEST}"))
+}
+
+fn positive(word: &str) -> Result<f64, String> {
+    let number = number(word)?;
+    (number > 0.0).then_some(number).ok_or_else(|| format!("`{word}` is not above 0"))
 }
 
 fn whole(word: &str, most: u32) -> Result<u32, String> {
