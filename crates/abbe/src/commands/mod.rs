@@ -3,6 +3,8 @@
 mod compensate;
 mod demo;
 mod demo_report;
+mod encoder;
+mod encoder_report;
 mod home;
 mod iso230;
 mod measure;
@@ -50,6 +52,7 @@ pub(crate) fn run(cli: &Cli) -> Result<Answer, Failure> {
         Command::Compensate(asked) => compensate::run(&preset, asked),
         Command::Verify(asked) => verify::run(&preset, cli.seed, asked),
         Command::Iso230(asked) => iso230::run(asked),
+        Command::Encoder(asked) => encoder::run(asked),
         Command::Scan(asked) => scan::run(&preset, cli.seed, asked),
         Command::Stitch(asked) => stitch::run(asked),
         Command::Record(asked) => record::run(&preset, cli.seed, asked),
