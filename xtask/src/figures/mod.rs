@@ -29,6 +29,8 @@ pub(crate) enum Topic {
     Homing,
     /// How fast the simulated stage runs.
     Twin,
+    /// What is left of an encoder's error inside a period, by method, samples and noise.
+    Encoder,
     /// What a tick costs a Cortex-M0+, stage by stage; adds a row to the history.
     Cycles,
     /// Hashes of all outputs of the golden traces, on every processor.
@@ -123,6 +125,7 @@ impl Topic {
             Self::Demo => "demo",
             Self::Homing => "homing",
             Self::Twin => "twin",
+            Self::Encoder => "encoder",
             Self::Cycles => "cycles",
             Self::Golden => "golden",
             Self::Pio => "pio",
@@ -137,9 +140,10 @@ impl Topic {
             Self::Demo => demo(root),
             Self::Homing => homing(root),
             Self::Twin => twin(root),
+            Self::Encoder => tables(root, "abbe-core", "ellipse_trials"),
             Self::Cycles => cycles::section(root, page, &today()?, &commit(root)?),
             Self::Golden => golden(root),
-            Self::Pio => pio(root),
+            Self::Pio => tables(root, "abbe-cosim", "pio_rates"),
             Self::Firmware => images(root),
             Self::Cosim => cosim(root),
         }
@@ -219,12 +223,12 @@ fn golden(root: &Path) -> Result<String> {
     })
 }
 
-/// The tables that the example prints.
-fn pio(root: &Path) -> Result<String> {
+/// The tables that an example of a crate prints.
+fn tables(root: &Path, package: &str, example: &str) -> Result<String> {
     let mut command = cargo(root);
-    command.args(["run", "--quiet", "--release", "-p", "abbe-cosim", "--example", "pio_rates"]);
+    command.args(["run", "--quiet", "--release", "-p", package, "--example", example]);
     let tables = stdout_of(&mut command)?;
-    ensure!(tables.contains('|'), "the example printed no table");
+    ensure!(tables.contains('|'), "the example {example} printed no table");
     Ok(tables)
 }
 
