@@ -15,6 +15,9 @@ mod scan;
 mod stitch;
 mod verify;
 
+#[cfg(test)]
+pub(crate) use encoder::answer as encoder_answer;
+
 use crate::cli::{Cli, Command, Source};
 use crate::failure::Failure;
 use crate::flight::Keep;

@@ -296,7 +296,9 @@ mod tests {
         (1..=100_001_u32).for_each(|value| median.add(value * 7));
         assert!((median.value() / 350_007.0 - 1.0).abs() < 0.01, "{}", median.value());
         let mut still = Median::new();
-        [0, 0, 0, 5].into_iter().for_each(|value| still.add(value));
+        for value in [0, 0, 0, 5] {
+            still.add(value);
+        }
         assert_eq!(still.value(), 0.0);
         assert_eq!(Median::new().value(), 0.0);
         median.add(u32::MAX);

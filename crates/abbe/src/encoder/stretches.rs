@@ -28,7 +28,8 @@ pub(crate) struct Stretches {
     good: u32,
     good_samples: u64,
     refused_samples: u64,
-    refused: Option<SweepError>,
+    /// Of the longest that taught nothing.
+    refused: Option<(u32, SweepError)>,
 }
 
 /// Weighted sums of harmonics; the weights are samples.
@@ -92,7 +93,9 @@ impl Stretches {
             Ok((harmonics, left)) => self.take(&harmonics, left),
             Err(SweepError::Gaps { .. } | SweepError::TooShort { .. }) if !give_up => return,
             Err(error) => {
-                self.refused = Some(error);
+                if self.refused.is_none_or(|(longest, _)| self.samples > longest) {
+                    self.refused = Some((self.samples, error));
+                }
                 self.refused_samples += u64::from(self.samples);
             }
         }
@@ -111,7 +114,7 @@ impl Stretches {
     pub(crate) fn agreed(&self) -> Result<Agreed, SweepError> {
         let all = self.halves[0].with(&self.halves[1]);
         let Some(harmonics) = all.mean() else {
-            return Err(self.refused.unwrap_or(SweepError::TooShort { periods: 0.0 }));
+            return Err(self.refused().unwrap_or(SweepError::TooShort { periods: 0.0 }));
         };
         let left = self.halves[0].mean().zip(self.halves[1].mean()).map(|(Harmonics(a), Harmonics(b))| {
             let mut half = a;
@@ -127,9 +130,9 @@ impl Stretches {
         })
     }
 
-    /// Why the last stretch that taught nothing did not.
+    /// Why the longest stretch that taught nothing did not.
     pub(crate) fn refused(&self) -> Option<SweepError> {
-        self.refused
+        self.refused.map(|(_, error)| error)
     }
 }
 
