@@ -3,11 +3,12 @@
 use super::samples::{CHANNELS, Fault, Sample, Samples, SamplesError};
 use crate::failure::Failure;
 
-/// Samples that lie at one value before they are a pile.
-const PILE: u64 = 8;
-/// How many times as many as at the next value they must be. At the turn of a sine, the codes of a converter hold at
-/// most 2.4 times as many samples as the next code does.
-const HIGHER: u64 = 5;
+/// How many times as many samples as at the next value make a pile. At the turn of a sine, the last code of a converter
+/// holds at most 2.4 times as many as the next one.
+const HIGHER: f64 = 3.0;
+/// What chance may have taken from the next value: so many of its own standard deviations, and so many samples.
+const CHANCE: f64 = 2.0;
+const FEW: f64 = 4.0;
 /// Steps of time that differ by more than this part are not even.
 const UNEVEN: f64 = 0.1;
 
@@ -39,7 +40,8 @@ impl End {
 
     /// The samples were cut off here: they pile up.
     fn is_cut(&self) -> bool {
-        self.count >= PILE && self.count > HIGHER * self.next_count
+        let next = self.next_count as f64;
+        self.count as f64 > HIGHER * (next + CHANCE * next.sqrt() + FEW)
     }
 }
 
@@ -242,5 +244,42 @@ impl Codes {
     fn converter(&self) -> Converter {
         let coding = if self.negative { Coding::Signed } else { Coding::Unsigned };
         Converter { bits: self.bits, coding }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn high_end(values: impl Iterator<Item = f64>) -> End {
+        let mut end = End::NONE;
+        for value in values {
+            end.see(value, |value, end| value > end);
+        }
+        end
+    }
+
+    #[test]
+    fn an_end_counts_its_value_and_the_next_in_any_order() {
+        for values in
+            [[1.0, 3.0, 2.0, 3.0, 2.0, 3.0], [3.0, 3.0, 2.0, 1.0, 2.0, 3.0], [2.0, 3.0, 1.0, 3.0, 3.0, 2.0]]
+        {
+            let end = high_end(values.into_iter());
+            assert_eq!((end.value, end.count, end.next, end.next_count), (3.0, 3, 2.0, 2), "{values:?}");
+        }
+    }
+
+    /// Every amplitude between two codes of a coarse converter, short files and long ones.
+    #[test]
+    fn codes_at_the_turn_of_a_sine_are_no_pile_and_cut_off_ones_are() {
+        for part in 0..50 {
+            for samples in [50_u32, 200, 2000, 50_000] {
+                let amplitude = 100.0 + f64::from(part) / 50.0;
+                let wave = |k: u32| (amplitude * (f64::from(k) * 0.297).sin()).round();
+                assert!(!high_end((0..samples).map(wave)).is_cut(), "{amplitude} {samples}");
+                let cut = high_end((0..samples).map(|k| wave(k).min(85.0)));
+                assert!(samples < 200 || cut.is_cut(), "{amplitude} {samples}: {cut:?}");
+            }
+        }
     }
 }

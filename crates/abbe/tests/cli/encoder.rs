@@ -3,6 +3,7 @@
 use crate::ended::{abbe, done, everything_in, refused};
 use crate::signals::{MADE, Made, PERIOD_UM, write_rows};
 use serde_json::Value;
+use std::f64::consts::TAU;
 use std::fs;
 use std::path::Path;
 
@@ -223,4 +224,49 @@ fn pictures_and_tables_are_written_and_only_json_is_printed_with_json() {
     assert_eq!(done(dir.path(), &again)["error_before"], Value::Null);
     assert_eq!(everything_in(dir.path()).len(), 3);
     refused(dir.path(), &asked, 2, &["p.csv", "--positions", "--force"]);
+}
+
+/// Clean signals of a motion, with a third harmonic; `size` is the amplitude at a sample.
+fn moved(place: impl Fn(f64) -> f64, third: f64, size: impl Fn(u32) -> f64) -> Vec<[f64; 2]> {
+    let wave = |angle: f64| angle.cos() + third * (3.0 * angle).cos();
+    let at = |k: u32| {
+        let angle = TAU * place(f64::from(k));
+        [size(k) * wave(angle), size(k) * wave(angle - TAU / 4.0)]
+    };
+    (0..12_000).map(at).collect()
+}
+
+#[test]
+fn without_a_constant_speed_the_radius_tells_of_the_third_harmonic() {
+    let dir = tempfile::tempdir().unwrap();
+    write_rows(dir.path(), "s.csv", 6, &moved(|k| 3.0 * (k * 0.011).sin(), 0.01, |_| 1.0));
+    let found = judged(dir.path(), "s.csv", &[]);
+    assert_eq!(
+        (&found["error_after"]["from"], &found["error_before"]["from"]),
+        (&"radius".into(), &"ellipse".into())
+    );
+    near(&found, &[("/error_after/peak_nm", 1.273, 0.2), ("/error_after/rms_nm", 1.273 / 2_f64.sqrt(), 0.1)]);
+    near(&found, &[("/travel_um", 4.8, 0.01)]);
+}
+
+#[test]
+fn dirt_gaps_and_haste_are_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let steady = |k: f64| 0.0473 * k;
+    let dirty = moved(steady, 0.0, |k| if (5000..5500).contains(&k) { 0.3 } else { 1.0 });
+    let lumpy = moved(|k| 0.125 * k + 0.06, 0.0, |_| 1.0);
+    let hasty = moved(|k| 0.0473 * k + 0.3 * (k * 1.3).sin(), 0.0, |_| 1.0);
+    let small: Vec<[f64; 2]> = moved(steady, 0.0, |_| 100.0).iter().map(|row| row.map(f64::round)).collect();
+    for (name, rows, more, what) in [
+        ("dirty.csv", dirty, &[][..], "contamination"),
+        ("lumpy.csv", lumpy, &[], "coverage"),
+        ("hasty.csv", hasty, &[], "speed"),
+        ("small.csv", small, &["--bits", "12"], "small signal"),
+    ] {
+        write_rows(dir.path(), name, if name == "small.csv" { 0 } else { 6 }, &rows);
+        let found = judged(dir.path(), name, more);
+        let named = found["findings"].as_array().unwrap().iter().find(|finding| finding["what"] == what);
+        let named = named.unwrap_or_else(|| panic!("{what}: {found:#}"));
+        assert!(named["reason"].as_str().unwrap().len() > 20 && found["grade"] != "good", "{found:#}");
+    }
 }
