@@ -1,5 +1,9 @@
 //! The command line: a stable contract.
 
+mod encoder;
+
+pub(crate) use encoder::{Encoder, Method};
+
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -45,6 +49,8 @@ pub(crate) enum Command {
     Verify(Verify),
     /// Evaluate any readings file by ISO 230-2:2014.
     Iso230(Iso230),
+    /// Judge recorded encoder signals and turn them into positions.
+    Encoder(Encoder),
     /// Take overlapping pictures of an area.
     Scan(Scan),
     /// Join tiles into one picture.

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::interrupt;
 use std::fs;
-use std::io;
+use std::io::{self, BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
 /// A folder that is ready to be written into.
@@ -141,15 +141,56 @@ fn next_free(make: impl Fn(u32) -> io::Result<PathBuf>) -> io::Result<PathBuf> {
 
 /// Writes a file beside its place and renames it: it appears whole or not at all.
 pub(crate) fn write_whole(file: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    let beside = file.with_file_name(format!(
-        ".{}.{}.part",
-        file.file_name().map_or_else(|| "file".into(), |name| name.to_string_lossy()),
-        std::process::id()
-    ));
-    fs::write(&beside, bytes).and_then(|()| fs::rename(&beside, file)).map_err(|error| {
-        _ = fs::remove_file(&beside);
-        Failure::work(format!("{}: the file cannot be written: {error}", file.display()))
-    })
+    let mut growing = Growing::new(file)?;
+    growing.write(bytes)?;
+    growing.done()
+}
+
+/// A file that grows beside its place until it is whole. Dropped before, it goes.
+#[derive(Debug)]
+pub(crate) struct Growing {
+    file: PathBuf,
+    beside: PathBuf,
+    writer: BufWriter<fs::File>,
+    renamed: bool,
+}
+
+impl Growing {
+    /// An empty one.
+    pub(crate) fn new(file: &Path) -> Result<Self, Failure> {
+        let beside = file.with_file_name(format!(
+            ".{}.{}.part",
+            file.file_name().map_or_else(|| "file".into(), |name| name.to_string_lossy()),
+            std::process::id()
+        ));
+        let writer = fs::File::create(&beside).map_err(|error| unwritten(file, &error))?;
+        Ok(Self { file: file.into(), beside, writer: BufWriter::new(writer), renamed: false })
+    }
+
+    /// More of it.
+    pub(crate) fn write(&mut self, bytes: &[u8]) -> Result<(), Failure> {
+        self.writer.write_all(bytes).map_err(|error| unwritten(&self.file, &error))
+    }
+
+    /// It is whole and takes its place.
+    pub(crate) fn done(mut self) -> Result<(), Failure> {
+        let done = self.writer.flush().and_then(|()| fs::rename(&self.beside, &self.file));
+        done.map_err(|error| unwritten(&self.file, &error))?;
+        self.renamed = true;
+        Ok(())
+    }
+}
+
+impl Drop for Growing {
+    fn drop(&mut self) {
+        if !self.renamed {
+            _ = fs::remove_file(&self.beside);
+        }
+    }
+}
+
+fn unwritten(file: &Path, error: &io::Error) -> Failure {
+    Failure::work(format!("{}: the file cannot be written: {error}", file.display()))
 }
 
 #[cfg(test)]

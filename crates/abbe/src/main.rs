@@ -5,6 +5,7 @@
 mod bench;
 mod cli;
 mod commands;
+mod encoder;
 mod failure;
 mod fault;
 mod flight;
@@ -12,6 +13,7 @@ mod folder;
 mod interrupt;
 mod optics;
 mod output;
+mod palette;
 mod preset;
 mod progress;
 mod rig;

@@ -6,14 +6,22 @@ use std::time::Duration;
 
 /// A bar over `total` parts called `name`.
 pub(crate) fn bar(name: &str, total: usize) -> ProgressBar {
+    shown(name, total as u64, "{msg:28} {bar:32} {pos}/{len} {eta:>4}")
+}
+
+/// A bar over a file of `total` bytes, as often as it is read.
+pub(crate) fn bytes(name: &str, total: u64) -> ProgressBar {
+    shown(name, total, "{msg:28} {bar:32} {bytes}/{total_bytes} {eta:>4}")
+}
+
+fn shown(name: &str, total: u64, template: &str) -> ProgressBar {
     let watched = std::io::stderr().is_terminal();
     if !watched {
         note(&format!("{name} …"));
         return ProgressBar::hidden();
     }
-    let style = ProgressStyle::with_template("{msg:28} {bar:32} {pos}/{len} {eta:>4}")
-        .unwrap_or_else(|_| ProgressStyle::default_bar());
-    let bar = ProgressBar::new(total as u64).with_style(style).with_message(name.to_owned());
+    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    let bar = ProgressBar::new(total).with_style(style).with_message(name.to_owned());
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
 }

@@ -29,6 +29,8 @@ pub(crate) enum Topic {
     Homing,
     /// How fast the simulated stage runs.
     Twin,
+    /// What is left of an encoder's error inside a period, by method, samples and noise.
+    Encoder,
     /// What a tick costs a Cortex-M0+, stage by stage; adds a row to the history.
     Cycles,
     /// Ten thousand million edges, counted; and how many were lost.
@@ -126,6 +128,7 @@ impl Topic {
             Self::Demo => "demo",
             Self::Homing => "homing",
             Self::Twin => "twin",
+            Self::Encoder => "encoder",
             Self::Cycles => "cycles",
             Self::Edges => "edges",
             Self::Golden => "golden",
@@ -141,10 +144,11 @@ impl Topic {
             Self::Demo => demo(root),
             Self::Homing => homing(root),
             Self::Twin => twin(root),
+            Self::Encoder => tables(root, "abbe-core", "ellipse_trials"),
             Self::Cycles => cycles::section(root, page, &today()?, &commit(root)?),
             Self::Edges => edges(root),
             Self::Golden => golden(root),
-            Self::Pio => pio(root),
+            Self::Pio => tables(root, "abbe-cosim", "pio_rates"),
             Self::Firmware => images(root),
             Self::Cosim => cosim(root),
         }
@@ -233,12 +237,12 @@ fn golden(root: &Path) -> Result<String> {
     })
 }
 
-/// The tables that the example prints.
-fn pio(root: &Path) -> Result<String> {
+/// The tables that an example of a crate prints.
+fn tables(root: &Path, package: &str, example: &str) -> Result<String> {
     let mut command = cargo(root);
-    command.args(["run", "--quiet", "--release", "-p", "abbe-cosim", "--example", "pio_rates"]);
+    command.args(["run", "--quiet", "--release", "-p", package, "--example", example]);
     let tables = stdout_of(&mut command)?;
-    ensure!(tables.contains('|'), "the example printed no table");
+    ensure!(tables.contains('|'), "the example {example} printed no table");
     Ok(tables)
 }
 

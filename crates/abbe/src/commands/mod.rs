@@ -3,6 +3,8 @@
 mod compensate;
 mod demo;
 mod demo_report;
+mod encoder;
+mod encoder_report;
 mod home;
 mod iso230;
 mod measure;
@@ -12,6 +14,9 @@ mod replay;
 mod scan;
 mod stitch;
 mod verify;
+
+#[cfg(test)]
+pub(crate) use encoder::answer as encoder_answer;
 
 use crate::cli::{Cli, Command, Source};
 use crate::failure::Failure;
@@ -50,6 +55,7 @@ pub(crate) fn run(cli: &Cli) -> Result<Answer, Failure> {
         Command::Compensate(asked) => compensate::run(&preset, asked),
         Command::Verify(asked) => verify::run(&preset, cli.seed, asked),
         Command::Iso230(asked) => iso230::run(asked),
+        Command::Encoder(asked) => encoder::run(asked),
         Command::Scan(asked) => scan::run(&preset, cli.seed, asked),
         Command::Stitch(asked) => stitch::run(asked),
         Command::Record(asked) => record::run(&preset, cli.seed, asked),

@@ -1,22 +1,12 @@
 //! The picture of a replay: position and set-point, following error, step rate and state, one below the other, with a
 //! line across all of them wherever something was asked or went wrong.
-//!
-//! Colours are those of Okabe and Ito, told apart by people who see red and green alike.
 
 use super::trace::{AxisLines, Kind, Line, Trace, Window};
+use crate::palette::{BLUE, GREY, GRID, INK, LIGHT_BLUE, LIGHT_ORANGE, ORANGE, RED};
 use abbe_core::machine::STATES;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::FontTransform;
-
-const BLUE: RGBColor = RGBColor(0, 114, 178);
-const ORANGE: RGBColor = RGBColor(213, 94, 0);
-const LIGHT_BLUE: RGBColor = RGBColor(86, 180, 233);
-const LIGHT_ORANGE: RGBColor = RGBColor(230, 159, 0);
-const RED: RGBColor = RGBColor(170, 0, 60);
-const GREY: RGBColor = RGBColor(110, 118, 128);
-const INK: RGBColor = RGBColor(27, 31, 36);
-const GRID: RGBColor = RGBColor(226, 230, 234);
 
 const SIZE: (u32, u32) = (1200, 1180);
 const TITLE_SIZE: u32 = 20;

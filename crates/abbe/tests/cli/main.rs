@@ -7,11 +7,14 @@ mod certificate;
 mod compensations;
 #[cfg(unix)]
 mod ctrl_c;
+mod encoder;
+mod encoder_refusals;
 mod ended;
 mod folders;
 mod pictures;
 mod presets;
 mod readings;
 mod recordings;
+mod signals;
 mod stage;
 mod usage;

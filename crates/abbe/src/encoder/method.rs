@@ -1,0 +1,190 @@
+//! The second pass: the ellipse that the signals draw, and what a method takes off them.
+
+use super::samples::Fault;
+use super::signals::{Seen, Signals, whole_codes};
+use crate::cli::Method;
+use crate::failure::Failure;
+use abbe_core::sense::ellipse::{Ellipse, FitError};
+use abbe_core::sense::moments::Moments;
+use abbe_core::sense::peaks::Peaks;
+use abbe_core::sense::phase::Phase;
+use abbe_core::sense::recursive::{Gather, Recursive, Update};
+
+/// A turn counts beyond this part of the way between the extremes.
+const HYSTERESIS: f64 = 0.1;
+
+/// What the second pass found.
+#[derive(Clone, Debug)]
+pub(crate) struct Learned {
+    /// The ellipse that fits all samples best, whatever the method; codes.
+    pub(crate) signals: Ellipse,
+    /// What the method takes off, at the end of the file; codes.
+    pub(crate) taken: Ellipse,
+    /// Samples cut off in each channel.
+    pub(crate) cut: [u64; 2],
+    /// Samples in place of which the limit filter kept another.
+    pub(crate) kept: u64,
+    /// The recursion as it is where it first fits.
+    running: Option<Recursive>,
+}
+
+/// Corrects one sample after another.
+#[derive(Debug)]
+pub(crate) enum Corrector {
+    /// The same ellipse all the way, in floats.
+    Fixed(Ellipse),
+    /// One that follows the signals, in the controller's whole numbers.
+    Running(Box<Runner>),
+}
+
+/// The recursion over a file.
+#[derive(Clone, Debug)]
+pub(crate) struct Runner {
+    recursive: Recursive,
+    gather: Gather,
+    first: Option<Recursive>,
+}
+
+impl Learned {
+    /// Learns from all samples that were not cut off.
+    ///
+    /// # Errors
+    /// The signals draw no ellipse that can be found, by fit or by the method.
+    pub(crate) fn of(signals: &Signals<'_>, method: Method, advanced: &dyn Fn(u64)) -> Result<Self, Failure> {
+        let mut pupil = Pupil::new(signals);
+        signals.each(advanced, |seen| {
+            pupil.see(&seen, method);
+            Ok(())
+        })?;
+        let refused = |error: FitError| signals.samples.error(None, Fault::NoFit(pupil.reason(error)));
+        let ellipse = Ellipse::fit(&pupil.moments).map_err(refused)?;
+        let no_answer = |reason: &str| signals.samples.error(None, Fault::NoFit(reason.into()));
+        let taken = match method {
+            Method::Heydemann => ellipse,
+            Method::Moments => pupil.moments.estimate().map_err(refused)?,
+            Method::Peaks => pupil.turned().ok_or_else(|| {
+                no_answer("no maximum and minimum of both channels were passed, which --method peaks needs")
+            })?,
+            Method::Recursive => *pupil.runner.recursive.ellipse(),
+            Method::None => {
+                let [p, q] = signals.scale.zero;
+                Ellipse { p, q, ..Ellipse::circle(ellipse.radius) }
+            }
+        };
+        let running = (method == Method::Recursive)
+            .then(|| {
+                pupil.runner.first.ok_or_else(|| {
+                    no_answer(
+                        "no 400 samples that go all the way round at 1/128 … 1/8 of a period a sample, which --method recursive needs",
+                    )
+                })
+            })
+            .transpose()?;
+        Ok(Self { signals: ellipse, taken, cut: pupil.cut, kept: pupil.kept, running })
+    }
+
+    /// A corrector at the beginning of the file.
+    pub(crate) fn corrector(&self) -> Corrector {
+        match &self.running {
+            Some(recursive) => Corrector::Running(Box::new(Runner::new(*recursive))),
+            None => Corrector::Fixed(self.taken),
+        }
+    }
+}
+
+/// All that learns in one pass.
+struct Pupil {
+    moments: Moments,
+    peaks: [Peaks; 2],
+    runner: Runner,
+    cut: [u64; 2],
+    kept: u64,
+}
+
+impl Pupil {
+    fn new(signals: &Signals<'_>) -> Self {
+        let (scale, channels) = (&signals.scale, &signals.survey.channels);
+        let middle = [0, 1].map(|c| (channels[c].middle() - scale.middle[c]) * scale.codes);
+        let half = channels.map(|channel| channel.half() * scale.codes);
+        let hysteresis = half.map(|half| (2.0 * HYSTERESIS * half).round() as u16);
+        let rough = Ellipse { p: middle[0], q: middle[1], r: half[0] / half[1], alpha: 0.0, radius: half[0] };
+        Self {
+            moments: Moments::around(middle),
+            peaks: hysteresis.map(Peaks::new),
+            runner: Runner::new(Recursive::new(rough)),
+            cut: [0; 2],
+            kept: 0,
+        }
+    }
+
+    fn see(&mut self, seen: &Seen<'_>, method: Method) {
+        self.kept += u64::from(seen.kept);
+        self.cut.iter_mut().zip(seen.cut).for_each(|(count, cut)| *count += u64::from(cut));
+        if !seen.is_cut() {
+            self.moments.add(seen.codes);
+        }
+        match method {
+            Method::Peaks => {
+                let codes = whole_codes(seen.codes);
+                self.peaks
+                    .iter_mut()
+                    .zip([codes.cos, codes.sin])
+                    .for_each(|(peaks, code)| peaks.sample(code));
+            }
+            Method::Recursive => _ = self.runner.sample(seen.codes),
+            Method::Heydemann | Method::Moments | Method::None => {}
+        }
+    }
+
+    /// Offsets by paper B's extremes, and nothing else.
+    fn turned(&self) -> Option<Ellipse> {
+        let [p, q] = self.peaks.map(|peaks| peaks.offset().map(f64::from));
+        let radius = f64::from(self.peaks[0].amplitude()?);
+        Some(Ellipse { p: p?, q: q?, ..Ellipse::circle(radius) })
+    }
+
+    fn reason(&self, error: FitError) -> String {
+        let cut: u64 = self.cut.iter().sum();
+        if cut > 0 {
+            format!("{error} ({cut} samples at full scale were left out)")
+        } else {
+            error.to_string()
+        }
+    }
+}
+
+impl Runner {
+    fn new(recursive: Recursive) -> Self {
+        let ellipse = recursive.ellipse();
+        let centre = [ellipse.p, ellipse.q].map(|offset| offset.round() as i16);
+        let gather = Gather::new(centre, ellipse.radius.round() as u16);
+        Self { recursive, gather, first: None }
+    }
+
+    fn sample(&mut self, codes: [f64; 2]) -> Phase {
+        let sample = whole_codes(codes);
+        let polar = self.recursive.correction().polar(sample);
+        if self.gather.sample(sample, polar, self.recursive.nominal()) {
+            let update = self.recursive.update(&self.gather.take().moments());
+            if !matches!(update, Update::Refused(_)) {
+                self.first.get_or_insert(self.recursive);
+            }
+        }
+        polar.phase
+    }
+}
+
+impl Corrector {
+    /// The phase of the next sample.
+    pub(crate) fn sample(&mut self, codes: [f64; 2]) -> Phase {
+        match self {
+            Self::Fixed(ellipse) => phase_of(ellipse.turns(codes[0], codes[1])),
+            Self::Running(runner) => runner.sample(codes),
+        }
+    }
+}
+
+/// Turns as a phase.
+pub(crate) fn phase_of(turns: f64) -> Phase {
+    Phase((turns * 4_294_967_296.0).round() as i64 as u32)
+}

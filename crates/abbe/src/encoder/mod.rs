@@ -1,0 +1,25 @@
+//! Recorded encoder signals: read more than once from a file of any size, fitted, followed and judged.
+//!
+//! | module | does |
+//! |---|---|
+//! | [`samples`] | a CSV file, row by row, each fault with its line |
+//! | [`survey`] | first pass: extremes, piles at them, converter codes, times |
+//! | [`signals`] | the samples as codes, through paper B's first limit filter if asked |
+//! | [`method`] | second pass: the ellipse that the signals draw, and what a method takes off |
+//! | [`follow`] | third pass: phases, positions, radius and noise |
+//! | [`stretches`] | harmonics of the phase error beside straight lines |
+//! | [`error`] | the error inside a period before and after |
+//! | [`health`] | grades with their reasons |
+//! | [`plot`] | two panels: the signals, the error over the phase |
+
+pub(crate) mod error;
+pub(crate) mod follow;
+pub(crate) mod health;
+pub(crate) mod method;
+pub(crate) mod plot;
+pub(crate) mod samples;
+pub(crate) mod signals;
+pub(crate) mod stretches;
+pub(crate) mod survey;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,285 @@
+//! The first pass: what the samples reach, and whether they were cut off there.
+
+use super::samples::{CHANNELS, Fault, Sample, Samples, SamplesError};
+use crate::failure::Failure;
+
+/// How many times as many samples as at the next value make a pile. At the turn of a sine, the last code of a converter
+/// holds at most 2.4 times as many as the next one.
+const HIGHER: f64 = 3.0;
+/// What chance may have taken from the next value: so many of its own standard deviations, and so many samples.
+const CHANCE: f64 = 2.0;
+const FEW: f64 = 4.0;
+/// Steps of time that differ by more than this part are not even.
+const UNEVEN: f64 = 0.1;
+
+/// The value at one end of a channel, and how many samples lie there and at the next value.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct End {
+    /// The extreme.
+    pub(crate) value: f64,
+    count: u64,
+    next: f64,
+    next_count: u64,
+}
+
+impl End {
+    const NONE: Self = Self { value: f64::NAN, count: 0, next: f64::NAN, next_count: 0 };
+
+    /// `beyond` says whether the first lies farther out than the second; it does not for a number that is none.
+    fn see(&mut self, value: f64, beyond: fn(f64, f64) -> bool) {
+        if self.count == 0 || beyond(value, self.value) {
+            *self = Self { value, count: 1, next: self.value, next_count: self.count };
+        } else if value == self.value {
+            self.count += 1;
+        } else if self.next_count == 0 || beyond(value, self.next) {
+            (self.next, self.next_count) = (value, 1);
+        } else if value == self.next {
+            self.next_count += 1;
+        }
+    }
+
+    /// The samples were cut off here: they pile up.
+    fn is_cut(&self) -> bool {
+        let next = self.next_count as f64;
+        self.count as f64 > HIGHER * (next + CHANCE * next.sqrt() + FEW)
+    }
+}
+
+/// Both ends of a channel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Channel {
+    /// Below.
+    pub(crate) low: End,
+    /// Above.
+    pub(crate) high: End,
+}
+
+impl Channel {
+    /// The middle of the ends.
+    pub(crate) fn middle(&self) -> f64 {
+        f64::midpoint(self.low.value, self.high.value)
+    }
+
+    /// Half of the way between the ends.
+    pub(crate) fn half(&self) -> f64 {
+        (self.high.value - self.low.value) / 2.0
+    }
+}
+
+/// The times of the samples, s.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Times {
+    first: f64,
+    last: f64,
+    shortest: f64,
+    longest: f64,
+}
+
+/// How a converter writes its codes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Coding {
+    /// 0 … 2ⁿ − 1; the middle is 2ⁿ⁻¹.
+    Unsigned,
+    /// −2ⁿ⁻¹ … 2ⁿ⁻¹ − 1.
+    Signed,
+}
+
+/// A converter whose codes the samples are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Converter {
+    /// Its resolution.
+    pub(crate) bits: u32,
+    /// How it writes its codes.
+    pub(crate) coding: Coding,
+}
+
+impl Converter {
+    /// The lowest and the highest code.
+    pub(crate) fn ends(self) -> [f64; 2] {
+        let half = f64::from(1 << (self.bits - 1));
+        match self.coding {
+            Coding::Unsigned => [0.0, 2.0 * half - 1.0],
+            Coding::Signed => [-half, half - 1.0],
+        }
+    }
+
+    /// The code of no signal.
+    pub(crate) fn zero(self) -> f64 {
+        let half = f64::from(1 << (self.bits - 1));
+        if self.coding == Coding::Unsigned { half } else { 0.0 }
+    }
+}
+
+/// What the first pass found.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Survey {
+    /// How many samples.
+    pub(crate) samples: u64,
+    /// Cosine and sine.
+    pub(crate) channels: [Channel; 2],
+    /// Their times.
+    pub(crate) times: Option<Times>,
+    /// The converter, where its bits were given.
+    pub(crate) converter: Option<Converter>,
+}
+
+impl Survey {
+    /// Looks through a file; `bits` says that its numbers are codes of a converter.
+    ///
+    /// # Errors
+    /// What is wrong with the file; too few samples; a channel that stands still.
+    pub(crate) fn of(
+        samples: &Samples<'_>,
+        bits: Option<u32>,
+        advanced: &dyn Fn(u64),
+    ) -> Result<Self, Failure> {
+        let none = Channel { low: End::NONE, high: End::NONE };
+        let mut survey = Self { samples: 0, channels: [none; 2], times: None, converter: None };
+        let mut codes = bits.map(Codes::new);
+        samples.each(advanced, |sample| {
+            let here = |fault| samples.error(Some(sample.line), fault);
+            if let Some(codes) = &mut codes {
+                codes.see(&sample).map_err(here)?;
+            }
+            survey.see(&sample).map_err(here)?;
+            Ok(())
+        })?;
+        survey.converter = codes.map(|codes| codes.converter());
+        survey.check(samples)?;
+        Ok(survey)
+    }
+
+    fn see(&mut self, sample: &Sample<'_>) -> Result<(), Fault> {
+        self.samples += 1;
+        for (channel, value) in self.channels.iter_mut().zip(sample.channels) {
+            channel.low.see(value, |value, end| value < end);
+            channel.high.see(value, |value, end| value > end);
+        }
+        let Some((t_s, _)) = sample.time else { return Ok(()) };
+        let times = self.times.get_or_insert(Times {
+            first: t_s,
+            last: f64::NAN,
+            shortest: f64::INFINITY,
+            longest: 0.0,
+        });
+        let before_s = std::mem::replace(&mut times.last, t_s);
+        if t_s <= before_s {
+            return Err(Fault::NotAscending { t_s, before_s });
+        }
+        // Of the first sample it is no number, which neither takes.
+        times.shortest = times.shortest.min(t_s - before_s);
+        times.longest = times.longest.max(t_s - before_s);
+        Ok(())
+    }
+
+    fn check(&self, samples: &Samples<'_>) -> Result<(), SamplesError> {
+        match self.samples {
+            0 => return Err(samples.error(None, Fault::NoSamples)),
+            count @ 1..=4 => return Err(samples.error(None, Fault::TooFew { samples: count })),
+            _ => {}
+        }
+        for (channel, column) in self.channels.iter().zip(CHANNELS) {
+            let (half, value) = (channel.half(), channel.low.value);
+            if half <= 1e-12 * channel.middle().abs() || half < f64::MIN_POSITIVE * 1e9 {
+                return Err(samples.error(None, Fault::Constant { column, value }));
+            }
+        }
+        Ok(())
+    }
+
+    /// The value from which on the samples of each channel are cut off, below and above; without end where they are
+    /// not.
+    pub(crate) fn cuts(&self) -> [[f64; 2]; 2] {
+        self.channels.map(|channel| {
+            let [lowest, highest] =
+                self.converter.map_or([f64::NEG_INFINITY, f64::INFINITY], Converter::ends);
+            let low = if channel.low.is_cut() { channel.low.value } else { lowest };
+            let high = if channel.high.is_cut() { channel.high.value } else { highest };
+            [low, high]
+        })
+    }
+
+    /// Samples a second, where there are times.
+    pub(crate) fn rate_hz(&self) -> Option<f64> {
+        self.times.map(|times| (self.samples - 1) as f64 / (times.last - times.first))
+    }
+
+    /// The samples lie at even distances of time, as far as is known.
+    pub(crate) fn is_even(&self) -> bool {
+        self.times.is_none_or(|times| {
+            let mean_s = (times.last - times.first) / (self.samples - 1) as f64;
+            let off = (times.longest - mean_s).max(mean_s - times.shortest);
+            off <= UNEVEN * mean_s
+        })
+    }
+}
+
+/// Whether numbers are codes, and written how.
+struct Codes {
+    bits: u32,
+    negative: bool,
+    above: bool,
+}
+
+impl Codes {
+    const fn new(bits: u32) -> Self {
+        Self { bits, negative: false, above: false }
+    }
+
+    fn see(&mut self, sample: &Sample<'_>) -> Result<(), Fault> {
+        let half = f64::from(1 << (self.bits - 1));
+        for (value, column) in sample.channels.into_iter().zip(CHANNELS) {
+            self.negative |= value < 0.0;
+            self.above |= value >= half;
+            let allowed = value.fract() == 0.0 && value >= -half && value < 2.0 * half;
+            if !allowed || (self.negative && self.above) {
+                let [top, signed] = [2.0 * half - 1.0, half - 1.0];
+                let range = format!("whole, and all of them 0 … {top} or all of them −{half} … {signed}");
+                return Err(Fault::NoCode { column, value, bits: self.bits, range });
+            }
+        }
+        Ok(())
+    }
+
+    fn converter(&self) -> Converter {
+        let coding = if self.negative { Coding::Signed } else { Coding::Unsigned };
+        Converter { bits: self.bits, coding }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn high_end(values: impl Iterator<Item = f64>) -> End {
+        let mut end = End::NONE;
+        for value in values {
+            end.see(value, |value, end| value > end);
+        }
+        end
+    }
+
+    #[test]
+    fn an_end_counts_its_value_and_the_next_in_any_order() {
+        for values in
+            [[1.0, 3.0, 2.0, 3.0, 2.0, 3.0], [3.0, 3.0, 2.0, 1.0, 2.0, 3.0], [2.0, 3.0, 1.0, 3.0, 3.0, 2.0]]
+        {
+            let end = high_end(values.into_iter());
+            assert_eq!((end.value, end.count, end.next, end.next_count), (3.0, 3, 2.0, 2), "{values:?}");
+        }
+    }
+
+    /// Every amplitude between two codes of a coarse converter, short files and long ones.
+    #[test]
+    fn codes_at_the_turn_of_a_sine_are_no_pile_and_cut_off_ones_are() {
+        for part in 0..50 {
+            for samples in [50_u32, 200, 2000, 50_000] {
+                let amplitude = 100.0 + f64::from(part) / 50.0;
+                let wave = |k: u32| (amplitude * (f64::from(k) * 0.297).sin()).round();
+                assert!(!high_end((0..samples).map(wave)).is_cut(), "{amplitude} {samples}");
+                let cut = high_end((0..samples).map(|k| wave(k).min(85.0)));
+                assert!(samples < 200 || cut.is_cut(), "{amplitude} {samples}: {cut:?}");
+            }
+        }
+    }
+}
