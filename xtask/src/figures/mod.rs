@@ -33,8 +33,6 @@ pub(crate) enum Topic {
     Encoder,
     /// What a tick costs a Cortex-M0+, stage by stage; adds a row to the history.
     Cycles,
-    /// Ten thousand million edges, counted; and how many were lost.
-    Edges,
     /// Hashes of all outputs of the golden traces, on every processor.
     Golden,
     /// How fast the board's PIO programs are exact.
@@ -48,7 +46,6 @@ pub(crate) enum Topic {
 const SEEDS: std::ops::RangeInclusive<u32> = 1..=6;
 const HOMING_SEEDS: std::ops::RangeInclusive<u32> = 1..=2;
 const HOMINGS: u32 = 200;
-const EDGES: &str = "10000000000";
 
 /// A row of a table: its name, where its numbers stand in a summary, and their decimals.
 struct Row {
@@ -130,7 +127,6 @@ impl Topic {
             Self::Twin => "twin",
             Self::Encoder => "encoder",
             Self::Cycles => "cycles",
-            Self::Edges => "edges",
             Self::Golden => "golden",
             Self::Pio => "pio",
             Self::Firmware => "firmware",
@@ -146,7 +142,6 @@ impl Topic {
             Self::Twin => twin(root),
             Self::Encoder => tables(root, "abbe-core", "ellipse_trials"),
             Self::Cycles => cycles::section(root, page, &today()?, &commit(root)?),
-            Self::Edges => edges(root),
             Self::Golden => golden(root),
             Self::Pio => tables(root, "abbe-cosim", "pio_rates"),
             Self::Firmware => images(root),
@@ -217,15 +212,6 @@ fn twin(root: &Path) -> Result<String> {
     let lines = stdout_of(&mut command)?;
     ensure!(!lines.trim().is_empty(), "the speed example printed nothing");
     Ok(format!("```text\n{}\n```", lines.trim_end()))
-}
-
-/// The table that the example prints.
-fn edges(root: &Path) -> Result<String> {
-    let mut command = cargo(root);
-    command.args(["run", "--quiet", "--release", "-p", "abbe-core", "--example", "edges", EDGES]);
-    let table = stdout_of(&mut command)?;
-    ensure!(table.contains('|'), "the example printed no table");
-    Ok(table)
 }
 
 /// What `cargo xtask golden` prints.

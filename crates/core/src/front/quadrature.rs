@@ -1,4 +1,4 @@
-//! Digital filter, 1×/2×/4× decoder, 32-bit counter and index latch, after the HCTL-2032 of paper A (row A3).
+//! Digital filter, 4× decoder, 32-bit counter and index latch, after the HCTL-2032 of paper A (row A3).
 //!
 //! The chip samples its inputs at a clock and passes a level only when it was the same at `n` clocks in a row.
 //! Between two edges nothing happens, so the model is fed with edges and their time in clocks and gives the same
@@ -22,75 +22,6 @@ pub struct Reading {
     pub index: Option<u32>,
 }
 
-/// How many counts a period of the signals has, as the HCTL-2032 has them to choose from.
-///
-/// Whatever the choice, every step of A and B is followed, and what is counted is where the signals are: a count begins at
-/// the same place of the period in both directions. A counter that looks at one edge only counts up at one place and down at
-/// another, which is the fault of paper B's (row B4).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Decode {
-    /// One count a period: it begins where A rises with B low.
-    X1,
-    /// Two counts a period: they begin where A changes.
-    X2,
-    /// Four counts a period: each change of A or B begins one.
-    #[default]
-    X4,
-}
-
-impl Decode {
-    /// Counts of a period.
-    pub const fn counts(self) -> u8 {
-        4 >> self.below()
-    }
-
-    /// Bits of a position in quarters that lie below a count.
-    const fn below(self) -> u8 {
-        match self {
-            Self::X1 => 2,
-            Self::X2 => 1,
-            Self::X4 => 0,
-        }
-    }
-}
-
-/// A pulse that no filter of the front end can be set to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct BadFilter {
-    /// Shortest pulse that should pass, ns.
-    pub ns: u32,
-}
-
-impl core::fmt::Display for BadFilter {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(
-            f,
-            "a filter that passes pulses from {} ns on is not possible: at most {LONGEST_NS} ns",
-            self.ns
-        )
-    }
-}
-
-impl core::error::Error for BadFilter {}
-
-/// Clocks that a filter has at most, and their time.
-const LONGEST: u32 = 255;
-const LONGEST_NS: u32 = 2040;
-
-/// Clocks of the filter that lets pulses of `ns` nanoseconds pass and nothing shorter; 0 filters nothing.
-///
-/// # Errors
-/// More than 2040 ns, 255 clocks of [`CLOCK_HZ`](super::CLOCK_HZ).
-pub const fn filter_clocks(ns: u32) -> Result<u8, BadFilter> {
-    if ns > LONGEST_NS {
-        return Err(BadFilter { ns });
-    }
-    // 8 ns each: a pulse of `ns` lasts at least so many whole clocks.
-    let clocks = ns / (1_000_000_000 / super::CLOCK_HZ);
-    let clocks = if clocks < 1 { 1 } else { clocks };
-    Ok((if clocks > LONGEST { LONGEST } else { clocks }) as u8)
-}
-
 /// Bits of the three pins.
 const A: u8 = 1;
 const B: u8 = 2;
@@ -110,21 +41,13 @@ pub struct QuadratureCounter {
     /// That time for each pin, A, B, Z, when more than one differs.
     due: [u64; 3],
     reading: Reading,
-    /// Position in quarters of a period. Of 32 bits the lowest are not enough: 1× would wrap two bits early.
-    quarters: i64,
-    below: u8,
 }
 
 impl QuadratureCounter {
-    /// A 4× counter at zero whose inputs must hold for `filter` clocks (1…255) to pass.
+    /// A counter at zero whose inputs must hold for `filter` clocks (1…255) to pass.
     ///
     /// The highest edge rate is one edge each `filter` clocks on a channel; the delay is `filter` clocks.
     pub fn new(filter: u8, a: bool, b: bool) -> Self {
-        Self::with(Decode::X4, filter, a, b)
-    }
-
-    /// The same with fewer counts a period. Whatever the levels, count 0 is the one they are in.
-    pub fn with(decode: Decode, filter: u8, a: bool, b: bool) -> Self {
         let levels = bits(a, b, false);
         Self {
             filter: u64::from(filter.max(1)),
@@ -133,8 +56,6 @@ impl QuadratureCounter {
             due: [NEVER; 3],
             next: NEVER,
             reading: Reading::default(),
-            quarters: quadrant(a, b) & ((1_i64 << decode.below()).wrapping_sub(1)),
-            below: decode.below(),
         }
     }
 
@@ -229,26 +150,13 @@ impl QuadratureCounter {
         let row = usize::from((before << 2) | now);
         match DECODE.get(row).copied().unwrap_or(ILLEGAL) {
             ILLEGAL => self.reading.illegal = self.reading.illegal.saturating_add(1),
-            step => {
-                self.quarters = self.quarters.wrapping_add(i64::from(step));
-                self.reading.counter = (self.quarters >> (self.below & 3)) as u32;
-            }
+            step => self.reading.counter = self.reading.counter.wrapping_add_signed(i32::from(step)),
         }
     }
 }
 
 const fn bits(a: bool, b: bool, z: bool) -> u8 {
     (a as u8) | ((b as u8) << 1) | ((z as u8) << 2)
-}
-
-/// Quarter of the period in which A and B have these levels: 0 … 3.
-const fn quadrant(a: bool, b: bool) -> i64 {
-    match (a, b) {
-        (false, false) => 0,
-        (true, false) => 1,
-        (true, true) => 2,
-        (false, true) => 3,
-    }
 }
 
 /// Levels (A, B) of an encoder that stands at count `n`.
