@@ -14,11 +14,14 @@
 //!
 //! # Beyond that
 //!
-//! - Both channels change between two clocks: an illegal transition is counted and the motion, two 4× counts, is lost.
+//! - Both channels pass in one clock: an illegal transition is counted and the motion, two 4× counts, is lost.
 //! - A channel's pulse is shorter than `n` clocks: it is gone, counted as a glitch. Where it was motion and not noise,
 //!   four 4× counts are lost *without* an illegal transition, because what is left looks like a small way there and
 //!   back. Noise that delays an edge past the next one does the same. While no glitch is reported, the line behind the
-//!   filter is the line before it, `n` clocks later, and nothing is lost.
+//!   filter is the line before it, `n` clocks later.
+//! - Noise that is not shorter than `n` clocks passes. Between two edges it counts there and back, on both channels at
+//!   once it is two illegal transitions; across an edge of the other channel it costs four 4× counts and leaves nothing
+//!   behind.
 //! - Three or more edges between two clocks alias, as in every sampled decoder: three look like one the other way, four
 //!   like none. Nothing can tell that.
 
