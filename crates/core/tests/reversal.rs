@@ -167,6 +167,34 @@ fn over_all_ways_of_sixteen_steps_the_paper_s_counter_does_not_come_home() {
     assert_eq!(range(Mends::BothWays), (-1, 1), "half a count, by where it comes from: there is no drift");
 }
 
+/// The same ways through the decoder.
+#[test]
+fn over_the_same_ways_the_decoder_does_come_home() {
+    for start in 0..4 {
+        let (a, b) = levels(start);
+        let counters = MODES.map(|decode| QuadratureCounter::decoding(decode, 1, a, b));
+        let mut homes = 0;
+        come_home(&counters, start, start, 16, &mut homes);
+        assert!(homes > 10_000);
+    }
+}
+
+fn come_home(counters: &[QuadratureCounter; 3], start: i64, place: i64, steps: u64, homes: &mut u32) {
+    for next in [place - 1, place + 1] {
+        let (mut counters, (a, b), clock) = (counters.clone(), levels(next), 16 - steps);
+        for counter in &mut counters {
+            counter.edge(clock, a, b, false);
+            let reading = counter.read(clock + 1);
+            assert!(next != start || reading.counter == 0);
+            assert_eq!(reading.illegal, 0);
+        }
+        *homes += u32::from(next == start);
+        if steps > 1 {
+            come_home(&counters, start, next, steps - 1, homes);
+        }
+    }
+}
+
 /// So many samples a sequence has; the first is what the decoder finds when it is made.
 const SAMPLES: usize = 12;
 const MODES: [Decode; 3] = [Decode::X1, Decode::X2, Decode::X4];

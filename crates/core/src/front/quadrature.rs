@@ -48,12 +48,12 @@ pub enum Decode {
 
 impl Decode {
     /// Motion by (previous state, state), state = 2·B + A: A rising while B is low counts up, as in paper B.
-    const fn steps(self) -> &'static [i8; 16] {
+    const fn steps(self) -> [i8; 16] {
         const X: i8 = ILLEGAL;
         match self {
-            Self::X1 => &[0, 1, 0, X, -1, 0, X, 0, 0, X, 0, 0, X, 0, 0, 0],
-            Self::X2 => &[0, 1, 0, X, -1, 0, X, 0, 0, X, 0, -1, X, 0, 1, 0],
-            Self::X4 => &[0, 1, -1, X, -1, 0, X, 1, 1, X, 0, -1, X, -1, 1, 0],
+            Self::X1 => [0, 1, 0, X, -1, 0, X, 0, 0, X, 0, 0, X, 0, 0, 0],
+            Self::X2 => [0, 1, 0, X, -1, 0, X, 0, 0, X, 0, -1, X, 0, 1, 0],
+            Self::X4 => [0, 1, -1, X, -1, 0, X, 1, 1, X, 0, -1, X, -1, 1, 0],
         }
     }
 }
@@ -121,7 +121,7 @@ const NEVER: u64 = u64::MAX;
 #[derive(Clone, Debug)]
 pub struct QuadratureCounter {
     /// What each transition counts, by the mode.
-    steps: &'static [i8; 16],
+    steps: [i8; 16],
     filter: u64,
     /// Levels at the pins.
     raw: u8,
