@@ -16,8 +16,8 @@ use abbe_core::command::axis_name;
 use abbe_core::compensate::{ErrorMap, MapError};
 use abbe_core::design::StageSettings;
 use abbe_core::edge::StepRate;
-use abbe_core::front::quadrature::levels;
-use abbe_core::front::{DecoderWords, QuadratureCounter, Runs, StepEmitter, emitter};
+use abbe_core::front::quadrature::{FilterError, filter_for, levels};
+use abbe_core::front::{Decode, DecoderWords, QuadratureCounter, Runs, StepEmitter, emitter};
 use abbe_core::machine::{Event, State, transition};
 use abbe_core::plan::LinePlan;
 use abbe_core::publish::{End, Fault, HomingFailure};
@@ -150,6 +150,7 @@ fn words() {
     let _ = write!(Nowhere, "{}", black_box(Fault::EmergencyStop));
     let _ = write!(Nowhere, "{}", black_box(Refusal::NotHomed));
     let _ = write!(Nowhere, "{}", black_box(MapError::TooLarge(Pos::ZERO)));
+    let _ = write!(Nowhere, "{}", black_box(FilterError { pulse_ns: 3000 }));
 }
 
 fn front() {
@@ -157,6 +158,8 @@ fn front() {
     decoder.edge(black_box(1), black_box(true), black_box(false), black_box(true));
     decoder.advance(black_box(2));
     black_box(decoder.read(black_box(3)));
+    black_box(QuadratureCounter::decoding(black_box(Decode::X1), black_box(3), black_box(false), true));
+    black_box(filter_for(black_box(100)).is_ok());
     let clocks = black_box(emitter::clocks_per_tick(black_box(10_000.0)));
     let mut emitter = black_box(StepEmitter::new(clocks));
     black_box(emitter.clocks_per_tick());

@@ -27,6 +27,8 @@ pub(crate) enum Topic {
     Demo,
     /// How well the zero repeats.
     Homing,
+    /// Disturbed edges through the counter, and how many it loses; minutes.
+    Edges,
     /// How fast the simulated stage runs.
     Twin,
     /// What is left of an encoder's error inside a period, by method, samples and noise.
@@ -46,6 +48,8 @@ pub(crate) enum Topic {
 const SEEDS: std::ops::RangeInclusive<u32> = 1..=6;
 const HOMING_SEEDS: std::ops::RangeInclusive<u32> = 1..=2;
 const HOMINGS: u32 = 200;
+/// Edges at each speed.
+const EDGES: u64 = 10_000_000_000;
 
 /// A row of a table: its name, where its numbers stand in a summary, and their decimals.
 struct Row {
@@ -124,6 +128,7 @@ impl Topic {
         match self {
             Self::Demo => "demo",
             Self::Homing => "homing",
+            Self::Edges => "edges",
             Self::Twin => "twin",
             Self::Encoder => "encoder",
             Self::Cycles => "cycles",
@@ -139,6 +144,7 @@ impl Topic {
         match self {
             Self::Demo => demo(root),
             Self::Homing => homing(root),
+            Self::Edges => edges(root),
             Self::Twin => twin(root),
             Self::Encoder => tables(root, "abbe-core", "ellipse_trials"),
             Self::Cycles => cycles::section(root, page, &today()?, &commit(root)?),
@@ -203,6 +209,15 @@ fn homing(root: &Path) -> Result<String> {
         "{HOMINGS} homings a seed, each from a random place; a count is 0.1 µm.\n\n{}",
         table(&HOMING_ROWS, &summaries)
     ))
+}
+
+/// The table that the example prints; it fails if a count is lost.
+fn edges(root: &Path) -> Result<String> {
+    let mut command = cargo(root);
+    command.args(["run", "--quiet", "--release", "-p", "abbe-core", "--example", "edges", "--"]);
+    let table = stdout_of(command.arg(EDGES.to_string()))?;
+    ensure!(table.contains('|'), "the example printed no table");
+    Ok(table)
 }
 
 /// The lines that the speed example prints.

@@ -16,4 +16,4 @@ pub const CLOCK_HZ: u32 = 125_000_000;
 pub use decoder_words::DecoderWords;
 pub use emitter::{StepEmitter, Train};
 pub use pulse_words::Runs;
-pub use quadrature::{QuadratureCounter, Reading};
+pub use quadrature::{Decode, QuadratureCounter, Reading, filter_for};

@@ -1,18 +1,107 @@
-//! Digital filter, 4× decoder, 32-bit counter and index latch, after the HCTL-2032 of paper A (row A3).
+//! Digital filter, decoder, 32-bit counter and index latch, after the HCTL-2032 of paper A (row A3).
 //!
 //! The chip samples its inputs at a clock and passes a level only when it was the same at `n` clocks in a row.
 //! Between two edges nothing happens, so the model is fed with edges and their time in clocks and gives the same
-//! counts as one that steps every clock (`matches_a_model_that_steps_every_clock`).
+//! counts as one that steps every clock (`every_state_is_that_of_a_model_that_steps_every_clock`).
+//!
+//! # When no count is lost
+//!
+//! Call an edge of the true motion *settled* when its channel has held its new level for `n` clocks. If every edge is
+//! settled before the next one begins, on either channel, and a channel leaves a settled level for less than `n` clocks
+//! at a time, then the counter is the true one whenever the last edge is settled, and no transition is illegal. A
+//! comparator that chatters at an edge is not excluded: its bounces, long or short, count up and down again.
+//! `no_disturbance_within_the_limits_costs_a_count` walks all of them.
+//!
+//! # Beyond that
+//!
+//! - Both channels pass in one clock: an illegal transition is counted and the motion, two 4× counts, is lost.
+//! - A channel's pulse is shorter than `n` clocks: it is gone, counted as a glitch. Where it was motion and not noise,
+//!   four 4× counts are lost *without* an illegal transition, because what is left looks like a small way there and
+//!   back. Noise that delays an edge past the next one does the same. While no glitch is reported, the line behind the
+//!   filter is the line before it, `n` clocks later.
+//! - Noise that is not shorter than `n` clocks passes. Between two edges it counts there and back, on both channels at
+//!   once it is two illegal transitions; across an edge of the other channel it costs four 4× counts and leaves nothing
+//!   behind.
+//! - Three or more edges between two clocks alias, as in every sampled decoder: three look like one the other way, four
+//!   like none. Nothing can tell that.
 
-/// Motion by (previous state, state), state = 2·B + A: A rising while B is low counts up, as in paper B.
-/// `ILLEGAL` means that both channels changed at once.
-const DECODE: [i8; 16] = [0, 1, -1, ILLEGAL, -1, 0, ILLEGAL, 1, 1, ILLEGAL, 0, -1, ILLEGAL, -1, 1, 0];
+use super::CLOCK_HZ;
+use core::fmt;
+
+/// Which edges count, after the resolution modes of the HCTL-2032.
+///
+/// The place `p` is the 4× count with 0 where A and B are low and A rises next, as in [`levels`]. The counter moves by
+/// the change of the floor that each mode names: an edge that counts up on the way there counts down on the way back,
+/// so that turning round, wherever, neither gains nor loses a count. Every mode sees every illegal transition.
+///
+/// The chip decides by its states, too; but where an illegal transition makes it count, abbe only reports it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Decode {
+    /// One count a period, where A changes while B is low: ⌊(p + 3) / 4⌋. Paper B's pulses, without its faults.
+    X1,
+    /// Two counts a period, where A changes: ⌊(p + 1) / 2⌋.
+    X2,
+    /// Four counts a period, at every edge: p.
+    #[default]
+    X4,
+}
+
+impl Decode {
+    /// Motion by (previous state, state), state = 2·B + A: A rising while B is low counts up, as in paper B.
+    const fn steps(self) -> [i8; 16] {
+        const X: i8 = ILLEGAL;
+        match self {
+            Self::X1 => [0, 1, 0, X, -1, 0, X, 0, 0, X, 0, 0, X, 0, 0, 0],
+            Self::X2 => [0, 1, 0, X, -1, 0, X, 0, 0, X, 0, -1, X, 0, 1, 0],
+            Self::X4 => [0, 1, -1, X, -1, 0, X, 1, 1, X, 0, -1, X, -1, 1, 0],
+        }
+    }
+}
+
+/// Both channels changed at once.
 const ILLEGAL: i8 = 2;
+
+/// Nanoseconds between two clocks.
+const CLOCK_NS: u32 = 1_000_000_000 / CLOCK_HZ;
+const _: () = assert!(CLOCK_NS * CLOCK_HZ == 1_000_000_000);
+/// A filter's longest width: pulses shorter than this never pass a filter of 255 clocks.
+const WIDEST_NS: u32 = 254 * CLOCK_NS;
+
+/// The filter, in clocks of [`CLOCK_HZ`], that no pulse shorter than `pulse_ns` passes; 0 … 2032 ns.
+///
+/// A pulse of w clocks is seen by up to ⌈w⌉ of them, so that one clock more than fits into `pulse_ns` is asked for, as
+/// the chip's three clocks stand for a width of two. A level that holds as many clocks as the result always passes;
+/// what is longer than `pulse_ns` and shorter than that passes or not, as the clocks fall.
+///
+/// # Errors
+/// When `pulse_ns` is longer than 2032 ns.
+pub const fn filter_for(pulse_ns: u32) -> Result<u8, FilterError> {
+    if pulse_ns > WIDEST_NS {
+        return Err(FilterError { pulse_ns });
+    }
+    // At most 254, so that one more fits.
+    Ok((pulse_ns.div_ceil(CLOCK_NS) as u8).saturating_add(1))
+}
+
+/// A pulse that is too long for the filter to remove.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FilterError {
+    /// What was asked for, ns.
+    pub pulse_ns: u32,
+}
+
+impl fmt::Display for FilterError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the filter removes pulses up to {WIDEST_NS} ns; {} ns were asked for", self.pulse_ns)
+    }
+}
+
+impl core::error::Error for FilterError {}
 
 /// What the front end hands to a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Reading {
-    /// The 32-bit counter.
+    /// The 32-bit counter. It wraps.
     pub counter: u32,
     /// Illegal transitions since the last reading.
     pub illegal: u16,
@@ -31,6 +120,8 @@ const NEVER: u64 = u64::MAX;
 /// The counter of one axis.
 #[derive(Clone, Debug)]
 pub struct QuadratureCounter {
+    /// What each transition counts, by the mode.
+    steps: [i8; 16],
     filter: u64,
     /// Levels at the pins.
     raw: u8,
@@ -44,12 +135,18 @@ pub struct QuadratureCounter {
 }
 
 impl QuadratureCounter {
-    /// A counter at zero whose inputs must hold for `filter` clocks (1…255) to pass.
+    /// A 4× counter at zero whose inputs must hold for `filter` clocks (1…255, see [`filter_for`]) to pass.
     ///
     /// The highest edge rate is one edge each `filter` clocks on a channel; the delay is `filter` clocks.
     pub fn new(filter: u8, a: bool, b: bool) -> Self {
+        Self::decoding(Decode::X4, filter, a, b)
+    }
+
+    /// A counter at zero that counts the edges of `decode`; the filter is that of [`QuadratureCounter::new`].
+    pub fn decoding(decode: Decode, filter: u8, a: bool, b: bool) -> Self {
         let levels = bits(a, b, false);
         Self {
+            steps: decode.steps(),
             filter: u64::from(filter.max(1)),
             raw: levels,
             passed: levels,
@@ -148,7 +245,7 @@ impl QuadratureCounter {
     #[inline]
     fn count(&mut self, before: u8, now: u8) {
         let row = usize::from((before << 2) | now);
-        match DECODE.get(row).copied().unwrap_or(ILLEGAL) {
+        match self.steps.get(row).copied().unwrap_or(ILLEGAL) {
             ILLEGAL => self.reading.illegal = self.reading.illegal.saturating_add(1),
             step => self.reading.counter = self.reading.counter.wrapping_add_signed(i32::from(step)),
         }
@@ -167,121 +264,4 @@ pub const fn levels(n: i64) -> (bool, bool) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    /// The chip as its data sheet draws it: shift registers sampled at every clock.
-    struct EveryClock {
-        filter: u32,
-        run: [u32; 2],
-        passed: [bool; 2],
-        counter: i64,
-        illegal: u32,
-    }
-
-    impl EveryClock {
-        fn clock(&mut self, raw: [bool; 2]) {
-            let before = self.passed;
-            for (raw, (run, passed)) in raw.into_iter().zip(self.run.iter_mut().zip(&mut self.passed)) {
-                *run = if raw == *passed { 0 } else { *run + 1 };
-                if *run >= self.filter {
-                    *passed = raw;
-                    *run = 0;
-                }
-            }
-            let phase = |s: [bool; 2]| match s {
-                [false, false] => 0i64,
-                [true, false] => 1,
-                [true, true] => 2,
-                [false, true] => 3,
-            };
-            match (phase(self.passed) - phase(before)).rem_euclid(4) {
-                1 => self.counter += 1,
-                3 => self.counter -= 1,
-                2 => self.illegal += 1,
-                _ => {}
-            }
-        }
-    }
-
-    proptest! {
-        #[test]
-        fn matches_a_model_that_steps_every_clock(
-            levels in proptest::collection::vec((1u64..12, any::<bool>(), any::<bool>()), 1..200),
-            filter in 1u8..6,
-        ) {
-            let mut fast = QuadratureCounter::new(filter, false, false);
-            let mut slow = EveryClock {
-                filter: u32::from(filter), run: [0; 2], passed: [false; 2], counter: 0, illegal: 0,
-            };
-            let (mut clock, mut raw) = (0u64, [false; 2]);
-            for (wait, a, b) in levels {
-                for _ in 0..wait {
-                    slow.clock(raw);
-                    clock += 1;
-                }
-                raw = [a, b];
-                fast.edge(clock, a, b, false);
-            }
-            for _ in 0..=u64::from(filter) {
-                slow.clock(raw);
-                clock += 1;
-            }
-            let reading = fast.read(clock);
-            prop_assert_eq!(reading.counter, slow.counter as u32);
-            prop_assert_eq!(u32::from(reading.illegal), slow.illegal);
-        }
-    }
-
-    #[test]
-    fn counts_up_and_down_through_the_wrap() {
-        let mut counter = QuadratureCounter::new(3, false, false);
-        let mut clock = 0;
-        for n in (-1000..=0).rev().chain(-999..=1000) {
-            clock += 10;
-            let (a, b) = levels(n);
-            counter.edge(clock, a, b, false);
-            assert_eq!(counter.read(clock + 3).counter, n as u32);
-        }
-        assert_eq!(counter.read(clock + 3).illegal, 0);
-    }
-
-    #[test]
-    fn a_pulse_shorter_than_the_filter_is_a_glitch_and_never_a_count() {
-        let mut counter = QuadratureCounter::new(3, false, false);
-        counter.edge(10, true, false, false);
-        counter.edge(12, false, false, false);
-        let reading = counter.read(100);
-        assert_eq!((reading.counter, reading.glitches, reading.illegal), (0, 1, 0));
-    }
-
-    #[test]
-    fn both_channels_at_once_is_an_error_and_not_motion() {
-        let mut counter = QuadratureCounter::new(3, false, false);
-        counter.edge(10, true, true, false);
-        let reading = counter.read(100);
-        assert_eq!((reading.counter, reading.illegal), (0, 1));
-    }
-
-    #[test]
-    fn the_index_latches_the_counter_once() {
-        let mut counter = QuadratureCounter::new(3, false, false);
-        for n in 1..20 {
-            let (a, b) = levels(n);
-            counter.edge(n as u64 * 10, a, b, n == 7);
-        }
-        assert_eq!(counter.read(500).index, Some(7));
-        assert_eq!(counter.read(510).index, None);
-    }
-
-    #[test]
-    fn of_two_rises_between_readings_the_first_is_latched() {
-        let mut counter = QuadratureCounter::new(3, false, false);
-        for n in 1..20 {
-            let (a, b) = levels(n);
-            counter.edge(n as u64 * 10, a, b, n == 7 || n == 12);
-        }
-        assert_eq!(counter.read(500).index, Some(7));
-    }
-}
+mod tests;
