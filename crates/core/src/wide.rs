@@ -34,10 +34,14 @@ pub const fn mul_i32(a: i32, b: i32) -> i64 {
 
 #[inline]
 const fn mul_i32_by_halves(a: i32, b: i32) -> i64 {
-    // Two's complement: a negative factor stands for itself plus 2³², so that the other is taken off the high word.
-    let product = mul_u32_by_halves(a.cast_unsigned(), b.cast_unsigned());
-    let above = ((a >> 31) & b).wrapping_add((b >> 31) & a).cast_unsigned();
-    product.wrapping_sub((above as u64) << 32).cast_signed()
+    let (a_low, a_high) = (a & 0xffff, a >> 16);
+    let (b_low, b_high) = (b & 0xffff, b >> 16);
+    let low = a_low.wrapping_mul(b_low).cast_unsigned();
+    // Neither sum can wrap: − 2¹⁵ (2¹⁶ − 1) … (2¹⁵ − 1)(2¹⁶ − 1) + 2¹⁶ − 1.
+    let middle = a_low.wrapping_mul(b_high).wrapping_add((low >> 16).cast_signed());
+    let other = a_high.wrapping_mul(b_low).wrapping_add(middle & 0xffff);
+    let high = a_high.wrapping_mul(b_high).wrapping_add(middle >> 16).wrapping_add(other >> 16);
+    ((high as i64) << 32) | ((other.cast_unsigned() << 16) | (low & 0xffff)) as i64
 }
 
 /// `a · b`, its low 64 bits: exact while the product fits.
@@ -62,6 +66,34 @@ pub const fn mul_i64_i32(a: i64, b: i32) -> i64 {
 const fn mul_i64_i32_by_halves(a: i64, b: i32) -> i64 {
     let size = mul_u64_u32_by_halves(a.unsigned_abs(), b.unsigned_abs()).cast_signed();
     if (a < 0) == (b < 0) { size } else { size.wrapping_neg() }
+}
+
+/// Zeros before the first one, 0 … 31; 31 for 0, too.
+#[inline]
+pub const fn leading_zeros(word: u32) -> u32 {
+    if MULTIPLIES_WIDE { (word | 1).leading_zeros() } else { leading_zeros_by_halves(word) }
+}
+
+/// A routine of the compiler's library takes three times as long.
+#[inline]
+const fn leading_zeros_by_halves(mut word: u32) -> u32 {
+    let mut zeros = 0_u32;
+    if word >> 16 == 0 {
+        (word, zeros) = (word << 16, 16);
+    }
+    if word >> 24 == 0 {
+        (word, zeros) = (word << 8, zeros.wrapping_add(8));
+    }
+    if word >> 28 == 0 {
+        (word, zeros) = (word << 4, zeros.wrapping_add(4));
+    }
+    if word >> 30 == 0 {
+        (word, zeros) = (word << 2, zeros.wrapping_add(2));
+    }
+    if word >> 31 == 0 {
+        zeros = zeros.wrapping_add(1);
+    }
+    zeros
 }
 
 /// Whether `value` lies within ± `limit`, 0 ≤ `limit` < 2⁶². Wraps instead of saturating, which a processor of 32 bit
@@ -141,6 +173,7 @@ mod tests {
             prop_assert_eq!(mul_u32_by_halves(x, y), u64::from(x) * u64::from(y));
             let (p, q) = (a as i32, b as i32);
             prop_assert_eq!(mul_i32_by_halves(p, q), i64::from(p) * i64::from(q));
+            prop_assert_eq!(leading_zeros_by_halves(x), (x | 1).leading_zeros());
             prop_assert_eq!(mul_u64_u32_by_halves(a as u64, y), (a as u64).wrapping_mul(u64::from(y)));
             prop_assert_eq!(mul_i64_i32_by_halves(a, q), a.wrapping_mul(i64::from(q)));
             let (way, size) = (a.unsigned_abs(), b.unsigned_abs());
