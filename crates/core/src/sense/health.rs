@@ -5,6 +5,7 @@
 
 use super::correct::CODE_BITS;
 use super::ellipse::Ellipse;
+use crate::wide;
 use core::fmt;
 
 /// What can be wrong with the signals, one bit each.
@@ -192,6 +193,8 @@ pub struct Sample {
 pub struct Health {
     /// Nominal radius without fractional bits: sums of a block fit a word.
     nominal: u32,
+    /// 2³² / nominal, rounded down.
+    inverse: u32,
     /// In a row: lost, far off, missed.
     lost: u8,
     far: u8,
@@ -216,6 +219,7 @@ impl Health {
         let nominal = (nominal >> CODE_BITS).max(1);
         Self {
             nominal,
+            inverse: u32::MAX.checked_div(nominal).unwrap_or(0),
             lost: 0,
             far: 0,
             missed: 0,
@@ -321,7 +325,20 @@ impl Health {
         }
     }
 
-    /// Grades the block. Once in 256 samples; a division by a power of two only.
+    /// A block of 256 ends with the sample just seen.
+    #[inline]
+    pub fn ends_block(&self) -> bool {
+        self.ticks == 0
+    }
+
+    /// How often the nominal radius fits into a sum of a block, without a division.
+    fn nominals_in(&self, sum: u32) -> u16 {
+        let nearly = (wide::mul_u32(sum, self.inverse) >> 32) as u32;
+        let rest = sum.wrapping_sub(nearly.wrapping_mul(self.nominal));
+        nearly.wrapping_add(u32::from(rest >= self.nominal)) as u16
+    }
+
+    /// Grades the block. Once in 256 samples, without a division.
     #[cold]
     fn end_of_block(&mut self) {
         // The nominal in sixteenths times the samples of a block: 16 of it are the whole.
@@ -346,8 +363,8 @@ impl Health {
         self.report = Report {
             warn: Findings(warn.0 & !fail.0),
             fail,
-            amplitude: self.sum.checked_div(self.nominal).unwrap_or(0) as u16,
-            noise: self.changes.wrapping_mul(16).checked_div(self.nominal).unwrap_or(0) as u16,
+            amplitude: self.nominals_in(self.sum),
+            noise: self.nominals_in(self.changes.wrapping_mul(16)),
         };
         self.sum = 0;
         self.changes = 0;

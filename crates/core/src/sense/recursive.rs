@@ -48,21 +48,31 @@ impl Gather {
 
     /// One sample with its corrected phase and radius; `nominal` is the radius of the circle, both with
     /// [`CODE_BITS`]. True when the block is ready.
+    ///
+    /// A sample is added in two ticks, a half of the work in each; the one that comes between is not looked at.
     #[inline]
     pub fn sample(&mut self, sample: SinCos, polar: Polar, nominal: u32) -> bool {
         let step = polar.phase.way_from(self.last).unsigned_abs();
-        let way = polar.phase.way_from(self.added).unsigned_abs();
         self.last = polar.phase;
+        if self.block.go_on() {
+            return self.is_ready();
+        }
+        let way = polar.phase.way_from(self.added).unsigned_abs();
         if step <= FASTEST && way >= SLOWEST && polar.radius.abs_diff(nominal) <= nominal / OFF_CIRCLE {
             self.added = polar.phase;
-            self.block.add(sample.cos, sample.sin, polar.phase);
+            self.block.begin(sample.cos, sample.sin, polar.phase);
         }
-        let samples = self.block.samples();
-        if samples >= BLOCK && !self.block.is_round() {
+        false
+    }
+
+    #[inline]
+    fn is_ready(&mut self) -> bool {
+        let (samples, round) = (self.block.samples(), self.block.is_round());
+        if samples >= BLOCK && !round {
             // An arc, over and over.
             self.block = self.empty;
         }
-        samples >= FEWEST && self.block.is_round()
+        samples >= FEWEST && round
     }
 
     /// The block that is ready, for [`Recursive::update`]; the next one begins.
