@@ -5,7 +5,6 @@
 
 use super::correct::CODE_BITS;
 use super::ellipse::Ellipse;
-use crate::wide;
 use core::fmt;
 
 /// What can be wrong with the signals, one bit each.
@@ -193,8 +192,6 @@ pub struct Sample {
 pub struct Health {
     /// Nominal radius without fractional bits: sums of a block fit a word.
     nominal: u32,
-    /// 2³² / nominal, rounded down.
-    inverse: u32,
     /// In a row: lost, far off, missed.
     lost: u8,
     far: u8,
@@ -210,7 +207,9 @@ pub struct Health {
     fail: Findings,
     /// Of the ellipse: it changes between ticks.
     shape: [Findings; 2],
-    report: Report,
+    /// The last block: what was found, to be looked at and beyond use, and its sums of radii and of their changes.
+    graded: [Findings; 2],
+    ended: [u32; 2],
 }
 
 impl Health {
@@ -219,7 +218,6 @@ impl Health {
         let nominal = (nominal >> CODE_BITS).max(1);
         Self {
             nominal,
-            inverse: u32::MAX.checked_div(nominal).unwrap_or(0),
             lost: 0,
             far: 0,
             missed: 0,
@@ -232,13 +230,17 @@ impl Health {
             warn: Findings::NONE,
             fail: Findings::NONE,
             shape: [Findings::NONE; 2],
-            report: Report { amplitude: 256, ..Report::default() },
+            graded: [Findings::NONE; 2],
+            ended: [nominal.wrapping_mul(256), 0],
         }
     }
 
-    /// What the last block of 256 samples was like.
+    /// What the last block of 256 samples was like. Divides: for who asks, not for the tick.
     pub fn report(&self) -> Report {
-        self.report
+        let [warn, fail] = self.graded;
+        let [sum, changes] = self.ended;
+        let nominals_in = |sum: u32| sum.checked_div(self.nominal).unwrap_or(0) as u16;
+        Report { warn, fail, amplitude: nominals_in(sum), noise: nominals_in(changes.wrapping_mul(16)) }
     }
 
     /// Takes note of an ellipse in use, between ticks.
@@ -331,13 +333,6 @@ impl Health {
         self.ticks == 0
     }
 
-    /// How often the nominal radius fits into a sum of a block, without a division.
-    fn nominals_in(&self, sum: u32) -> u16 {
-        let nearly = (wide::mul_u32(sum, self.inverse) >> 32) as u32;
-        let rest = sum.wrapping_sub(nearly.wrapping_mul(self.nominal));
-        nearly.wrapping_add(u32::from(rest >= self.nominal)) as u16
-    }
-
     /// Grades the block. Once in 256 samples, without a division.
     #[cold]
     fn end_of_block(&mut self) {
@@ -360,12 +355,8 @@ impl Health {
         let [shape_warn, shape_fail] = self.shape;
         let fail = self.fail.and(fail).and(shape_fail);
         let warn = self.warn.and(warn).and(shape_warn);
-        self.report = Report {
-            warn: Findings(warn.0 & !fail.0),
-            fail,
-            amplitude: self.nominals_in(self.sum),
-            noise: self.nominals_in(self.changes.wrapping_mul(16)),
-        };
+        self.graded = [Findings(warn.0 & !fail.0), fail];
+        self.ended = [self.sum, self.changes];
         self.sum = 0;
         self.changes = 0;
         self.clips = 0;

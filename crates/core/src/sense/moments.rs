@@ -202,11 +202,11 @@ impl Block {
         self.go_on();
     }
 
-    /// The half of [`Block::add`] that must be done at once; [`Block::go_on`] is the other.
+    /// The half of [`Block::add`] that must be done at once; [`Block::go_on`] is the other. False when it is full.
     #[inline]
-    pub fn begin(&mut self, cos: i16, sin: i16, phase: Phase) {
+    pub fn begin(&mut self, cos: i16, sin: i16, phase: Phase) -> bool {
         if self.samples >= BLOCK {
-            return;
+            return false;
         }
         self.samples = self.samples.wrapping_add(1);
         self.octants |= 1 << phase.octant();
@@ -218,6 +218,7 @@ impl Block {
         *sum_y = sum_y.wrapping_add(y);
         let squares = [x.wrapping_mul(x), x.wrapping_mul(y), y.wrapping_mul(y)];
         self.long.iter_mut().zip(squares).for_each(|(sum, square)| *sum = sum.wrapping_add(square.into()));
+        true
     }
 
     /// Adds the higher powers of the sample that was begun; false when there is none.

@@ -10,7 +10,7 @@
 
 use super::correct::{CODE_BITS, Correction};
 use super::ellipse::{Ellipse, FIRST, FitError, Normal};
-use super::moments::{BLOCK, Block, Moments};
+use super::moments::{Block, Moments};
 use super::phase::{Phase, Polar};
 use crate::edge::SinCos;
 
@@ -55,24 +55,17 @@ impl Gather {
         let step = polar.phase.way_from(self.last).unsigned_abs();
         self.last = polar.phase;
         if self.block.go_on() {
-            return self.is_ready();
+            return self.block.samples() >= FEWEST && self.block.is_round();
         }
         let way = polar.phase.way_from(self.added).unsigned_abs();
         if step <= FASTEST && way >= SLOWEST && polar.radius.abs_diff(nominal) <= nominal / OFF_CIRCLE {
             self.added = polar.phase;
-            self.block.begin(sample.cos, sample.sin, polar.phase);
+            if !self.block.begin(sample.cos, sample.sin, polar.phase) {
+                // An arc, over and over.
+                self.block = self.empty;
+            }
         }
         false
-    }
-
-    #[inline]
-    fn is_ready(&mut self) -> bool {
-        let (samples, round) = (self.block.samples(), self.block.is_round());
-        if samples >= BLOCK && !round {
-            // An arc, over and over.
-            self.block = self.empty;
-        }
-        samples >= FEWEST && round
     }
 
     /// The block that is ready, for [`Recursive::update`]; the next one begins.
