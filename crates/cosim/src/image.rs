@@ -15,7 +15,7 @@ pub const FLASH: u32 = 0x1000_0000;
 pub const FLASH_SIZE: usize = 2 << 20;
 
 /// An image of an RP2040.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Image {
     /// What lies in the flash, from [`FLASH`] on.
     pub flash: Vec<u8>,
@@ -34,7 +34,7 @@ impl Image {
 
     fn parse(bytes: &[u8]) -> Result<Self> {
         let elf = ElfFile32::<Endianness>::parse(bytes)?;
-        let mut image = Self { flash: Vec::new(), symbols: HashMap::new() };
+        let mut image = Self::default();
         for segment in elf.elf_program_headers() {
             if segment.p_type(elf.endian()) == PT_LOAD {
                 let content = segment.data(elf.endian(), bytes).ok().context("a segment is cut off")?;
@@ -86,19 +86,27 @@ impl Image {
         ensure!(found.len() == 1, "the image has {} functions {beginning}…{end}, not one", found.len());
         Ok(found[0])
     }
+
+    /// Addresses of the first instructions of all functions that lie in a module.
+    ///
+    /// # Errors
+    /// There are none.
+    pub fn entries_in(&self, module: &str) -> Result<Vec<u32>> {
+        let beginning = format!("{module}::");
+        let inside = self.symbols.iter().filter(|(name, _)| name.starts_with(&beginning));
+        let found: Vec<u32> = inside.flat_map(|(_, places)| places).map(|place| place & !1).collect();
+        ensure!(!found.is_empty(), "the image has no function in {module}");
+        Ok(found)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn empty() -> Image {
-        Image { flash: Vec::new(), symbols: HashMap::new() }
-    }
-
     #[test]
     fn bytes_go_where_they_belong_and_the_rest_is_erased_flash() {
-        let mut image = empty();
+        let mut image = Image::default();
         image.load(FLASH + 2, &[1, 2]).unwrap();
         image.load(FLASH, &[7]).unwrap();
         assert_eq!(image.flash, [7, 0xff, 1, 2]);
@@ -108,7 +116,7 @@ mod tests {
     #[test]
     fn bytes_outside_of_the_flash_are_refused() {
         for address in [0x2000_0000, FLASH - 1, FLASH + (2 << 20)] {
-            let error = empty().load(address, &[0]).unwrap_err().to_string();
+            let error = Image::default().load(address, &[0]).unwrap_err().to_string();
             assert!(error.contains("outside of the flash"), "{error}");
         }
         assert!(Image::parse(b"no ELF file").is_err());
@@ -116,11 +124,13 @@ mod tests {
 
     #[test]
     fn a_function_must_be_the_only_one_of_its_name() {
-        let mut image = empty();
+        let mut image = Image::default();
         image.symbols.insert("a::Controller<_>::plan".into(), vec![0x1000_0101]);
         assert_eq!(image.entry_of("a::", "::plan").unwrap(), 0x1000_0100);
         image.symbols.insert("a::Other::plan".into(), vec![0x1000_0201]);
         assert!(image.entry_of("a::", "::plan").is_err());
+        assert_eq!(image.entries_in("a::Other").unwrap(), [0x1000_0200]);
+        assert!(image.entries_in("a::Oth").is_err());
         assert!(image.entry_of("a::", "::servo").is_err() && image.place_of("GOLDEN_END").is_err());
     }
 }

@@ -5,7 +5,7 @@
 //! the board does and compare what they do with [`abbe_core::front`].
 //!
 //! [`golden`] replays recorded runs of the controller on this machine, on an emulated RP2040 and in QEMU, and counts
-//! what a tick costs a Cortex-M0+.
+//! what a tick costs a Cortex-M0+. [`sensing`] does so for analogue axes. Both are [`metered`].
 //!
 //! The whole image runs on an emulated [`board`], [`wired`] to the twin pin by pin, and is compared with the controller
 //! and the twin [`alone`]. [`image`] reads what the linker made.
@@ -17,7 +17,9 @@ pub mod decoder;
 pub mod emitter;
 pub mod golden;
 pub mod image;
+pub mod metered;
 pub mod rates;
+pub mod sensing;
 pub mod serial;
 pub mod signal;
 pub mod wired;

@@ -14,35 +14,38 @@ const FACTOR_BITS: i32 = 24;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Correction {
-    /// Offsets of cosine and sine, codes with [`CODE_BITS`].
-    offsets: [i32; 2],
+    /// Offset of the cosine, codes with [`CODE_BITS`].
+    offset_of_cos: i32,
     /// tan α and r / cos α, [`FACTOR_BITS`].
     from_cos: i32,
     from_sin: i32,
+    /// What the offsets come to after the factors, [`CODE_BITS`] and [`FACTOR_BITS`].
+    offset: i64,
 }
 
 impl Correction {
     /// Takes nothing off.
-    pub const NONE: Self = Self { offsets: [0; 2], from_cos: 0, from_sin: 1 << FACTOR_BITS };
+    pub const NONE: Self = Self { offset_of_cos: 0, from_cos: 0, from_sin: 1 << FACTOR_BITS, offset: 0 };
 
     /// Takes off what makes the signals this ellipse; its numbers are rounded to 1/256 of a code and to 6·10⁻⁸.
     pub fn of(ellipse: &Ellipse) -> Self {
         let whole = |value: f64, bits: i32| libm::round(libm::ldexp(value, bits)) as i32;
         let cos = libm::cos(ellipse.alpha);
-        Self {
-            offsets: [ellipse.p, ellipse.q].map(|offset| whole(offset, CODE_BITS as i32)),
-            from_cos: whole(libm::sin(ellipse.alpha) / cos, FACTOR_BITS),
-            from_sin: whole(ellipse.r / cos, FACTOR_BITS),
-        }
+        let [p, q] = [ellipse.p, ellipse.q].map(|offset| whole(offset, CODE_BITS as i32));
+        let from_cos = whole(libm::sin(ellipse.alpha) / cos, FACTOR_BITS);
+        let from_sin = whole(ellipse.r / cos, FACTOR_BITS);
+        let offset = wide::mul_i32(p, from_cos).wrapping_add(wide::mul_i32(q, from_sin));
+        Self { offset_of_cos: p, from_cos, from_sin, offset }
     }
 
     /// The sample on its circle: cosine and sine, codes with [`CODE_BITS`], less than 2²⁷.
     #[inline]
     pub fn straighten(&self, sample: SinCos) -> [i32; 2] {
-        let [p, q] = self.offsets;
-        let u = (i32::from(sample.cos) << CODE_BITS).wrapping_sub(p);
-        let v = (i32::from(sample.sin) << CODE_BITS).wrapping_sub(q);
-        let sum = wide::mul_i32(u, self.from_cos).wrapping_add(wide::mul_i32(v, self.from_sin));
+        let u = (i32::from(sample.cos) << CODE_BITS).wrapping_sub(self.offset_of_cos);
+        // (cos − p) from_cos + (sin − q) from_sin, but a code is half a word, and its products are short ones.
+        let of_cos = wide::mul_i32_i16(self.from_cos, sample.cos);
+        let of_sin = wide::mul_i32_i16(self.from_sin, sample.sin);
+        let sum = (of_cos.wrapping_add(of_sin) << CODE_BITS).wrapping_sub(self.offset);
         [u, (sum >> FACTOR_BITS) as i32]
     }
 

@@ -108,7 +108,8 @@ impl Head {
         if fault.is_some() {
             self.begin_anew(count, phase);
         }
-        if config.tracks && !self.ready {
+        // Not in the tick that grades the signals: the two together would be the dearest tick of all.
+        if config.tracks && !self.ready && !self.health.ends_block() {
             self.ready = self.gather.sample(sample, polar, self.nominal);
         }
         // A vector too short to have a phase says nothing about the place.

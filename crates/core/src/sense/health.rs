@@ -207,7 +207,9 @@ pub struct Health {
     fail: Findings,
     /// Of the ellipse: it changes between ticks.
     shape: [Findings; 2],
-    report: Report,
+    /// The last block: what was found, to be looked at and beyond use, and its sums of radii and of their changes.
+    graded: [Findings; 2],
+    ended: [u32; 2],
 }
 
 impl Health {
@@ -228,13 +230,17 @@ impl Health {
             warn: Findings::NONE,
             fail: Findings::NONE,
             shape: [Findings::NONE; 2],
-            report: Report { amplitude: 256, ..Report::default() },
+            graded: [Findings::NONE; 2],
+            ended: [nominal.wrapping_mul(256), 0],
         }
     }
 
-    /// What the last block of 256 samples was like.
+    /// What the last block of 256 samples was like. Divides: for who asks, not for the tick.
     pub fn report(&self) -> Report {
-        self.report
+        let [warn, fail] = self.graded;
+        let [sum, changes] = self.ended;
+        let nominals_in = |sum: u32| sum.checked_div(self.nominal).unwrap_or(0) as u16;
+        Report { warn, fail, amplitude: nominals_in(sum), noise: nominals_in(changes.wrapping_mul(16)) }
     }
 
     /// Takes note of an ellipse in use, between ticks.
@@ -321,7 +327,13 @@ impl Health {
         }
     }
 
-    /// Grades the block. Once in 256 samples; a division by a power of two only.
+    /// A block of 256 ends with the sample just seen.
+    #[inline]
+    pub fn ends_block(&self) -> bool {
+        self.ticks == 0
+    }
+
+    /// Grades the block. Once in 256 samples, without a division.
     #[cold]
     fn end_of_block(&mut self) {
         // The nominal in sixteenths times the samples of a block: 16 of it are the whole.
@@ -343,12 +355,8 @@ impl Health {
         let [shape_warn, shape_fail] = self.shape;
         let fail = self.fail.and(fail).and(shape_fail);
         let warn = self.warn.and(warn).and(shape_warn);
-        self.report = Report {
-            warn: Findings(warn.0 & !fail.0),
-            fail,
-            amplitude: self.sum.checked_div(self.nominal).unwrap_or(0) as u16,
-            noise: self.changes.wrapping_mul(16).checked_div(self.nominal).unwrap_or(0) as u16,
-        };
+        self.graded = [Findings(warn.0 & !fail.0), fail];
+        self.ended = [self.sum, self.changes];
         self.sum = 0;
         self.changes = 0;
         self.clips = 0;

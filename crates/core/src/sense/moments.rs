@@ -4,6 +4,7 @@
 
 use super::ellipse::{Ellipse, FIRST, FitError, LARGEST_ALPHA, RATIOS};
 use super::phase::Phase;
+use core::sync::atomic::{Ordering, compiler_fence};
 
 /// Sums go up to this power.
 pub(super) const ORDER: usize = 4;
@@ -165,10 +166,12 @@ fn octant(x: f64, y: f64) -> u8 {
     }
 }
 
-/// Samples of one block at most: with [`REACH`] no sum leaves 63 bits.
+/// Samples of one block at most.
 pub const BLOCK: u16 = 2048;
 /// Samples are brought to ± this by a shift, before they are summed.
 const REACH: i32 = 1 << 12;
+/// Bits that are rounded off a square before it goes into a higher power.
+const SQUARE_BITS: u32 = 9;
 /// Sums of 64 bits: x², xy, y², and all of the third and fourth power.
 const LONG: usize = 12;
 
@@ -182,46 +185,58 @@ pub struct Block {
     centre: [i16; 2],
     short: [i32; 2],
     long: [i64; LONG],
+    /// The last sample, while its higher powers are still to come.
+    begun: Option<[i32; 2]>,
 }
 
 impl Block {
     /// An empty block of samples that lie within `reach` of `centre`; farther ones are counted at the edge.
     pub fn around(centre: [i16; 2], reach: u16) -> Self {
         let shift = reach.max(1).ilog2().saturating_sub(REACH.ilog2().saturating_sub(1)) as u8;
-        Self { samples: 0, octants: 0, shift, centre, short: [0; 2], long: [0; LONG] }
+        Self { samples: 0, octants: 0, shift, centre, short: [0; 2], long: [0; LONG], begun: None }
     }
 
     /// One sample, (cosine, sine), whose phase is known. A full block takes no more.
-    #[inline]
     pub fn add(&mut self, cos: i16, sin: i16, phase: Phase) {
+        self.begin(cos, sin, phase);
+        self.go_on();
+    }
+
+    /// The half of [`Block::add`] that must be done at once; [`Block::go_on`] is the other. False when it is full.
+    #[inline]
+    pub fn begin(&mut self, cos: i16, sin: i16, phase: Phase) -> bool {
         if self.samples >= BLOCK {
-            return;
+            return false;
         }
         self.samples = self.samples.wrapping_add(1);
         self.octants |= 1 << phase.octant();
         let [p, q] = self.centre;
         let (x, y) = (self.near(cos, p), self.near(sin, q));
+        self.begun = Some([x, y]);
         let [sum_x, sum_y] = &mut self.short;
         *sum_x = sum_x.wrapping_add(x);
         *sum_y = sum_y.wrapping_add(y);
-        // Below 2²⁵: a word each. Their products are below 2⁴⁹, and 2¹¹ of those below 2⁶⁰.
-        let (xx, xy, yy) = (x.wrapping_mul(x), x.wrapping_mul(y), y.wrapping_mul(y));
-        let by = crate::wide::mul_i32;
-        let powers = [
-            i64::from(xx),
-            i64::from(xy),
-            i64::from(yy),
-            by(xx, x),
-            by(xx, y),
-            by(yy, x),
-            by(yy, y),
-            by(xx, xx),
-            by(xx, xy),
-            by(xx, yy),
-            by(xy, yy),
-            by(yy, yy),
-        ];
-        self.long.iter_mut().zip(powers).for_each(|(sum, power)| *sum = sum.wrapping_add(power));
+        let squares = [x.wrapping_mul(x), x.wrapping_mul(y), y.wrapping_mul(y)];
+        self.long.iter_mut().zip(squares).for_each(|(sum, square)| *sum = sum.wrapping_add(square.into()));
+        true
+    }
+
+    /// Adds the higher powers of the sample that was begun; false when there is none.
+    #[inline(never)]
+    pub fn go_on(&mut self) -> bool {
+        let Some([x, y]) = self.begun.take() else { return false };
+        // At most 2¹⁵ each, so that no product leaves a word. The rounding is 10⁻⁴ of a sample at worst, and it is
+        // another one in every sample.
+        let [xx, xy, yy] = [x.wrapping_mul(x), x.wrapping_mul(y), y.wrapping_mul(y)]
+            .map(|square| square.wrapping_add(1 << (SQUARE_BITS - 1)) >> SQUARE_BITS);
+        let [_, _, _, higher @ ..] = &mut self.long;
+        let factors = [(xx, x), (xx, y), (yy, x), (yy, y), (xx, xx), (xx, xy), (xx, yy), (xy, yy), (yy, yy)];
+        for (sum, (a, b)) in higher.iter_mut().zip(factors) {
+            *sum = sum.wrapping_add(i64::from(a.wrapping_mul(b)));
+            // One after another: what the compiler puts off costs registers that a small processor does not have.
+            compiler_fence(Ordering::SeqCst);
+        }
+        true
     }
 
     #[inline]
@@ -248,10 +263,12 @@ impl Block {
         let cut = (unit - 1.0) / 2.0;
         let mut sums = [0.0; SUMS];
         let integers = [i64::from(self.samples), i64::from(self.short[0]), i64::from(self.short[1])];
-        let orders = [0, 1, 1, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 4];
-        for ((sum, integer), order) in sums.iter_mut().zip(integers.into_iter().chain(self.long)).zip(orders)
-        {
-            *sum = integer as f64 * libm::pow(unit, f64::from(order));
+        // Third powers hold one rounded square, fourth powers two.
+        let square = unit * unit * libm::ldexp(1.0, SQUARE_BITS as i32);
+        let units = [(1, 1.0), (2, unit), (3, unit * unit), (4, square * unit), (5, square * square)];
+        let units = units.into_iter().flat_map(|(times, unit)| core::iter::repeat_n(unit, times));
+        for ((sum, integer), unit) in sums.iter_mut().zip(integers.into_iter().chain(self.long)).zip(units) {
+            *sum = integer as f64 * unit;
         }
         Moments {
             samples: u32::from(self.samples),

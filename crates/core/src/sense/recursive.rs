@@ -10,7 +10,7 @@
 
 use super::correct::{CODE_BITS, Correction};
 use super::ellipse::{Ellipse, FIRST, FitError, Normal};
-use super::moments::{BLOCK, Block, Moments};
+use super::moments::{Block, Moments};
 use super::phase::{Phase, Polar};
 use crate::edge::SinCos;
 
@@ -48,21 +48,24 @@ impl Gather {
 
     /// One sample with its corrected phase and radius; `nominal` is the radius of the circle, both with
     /// [`CODE_BITS`]. True when the block is ready.
+    ///
+    /// A sample is added in two ticks, a half of the work in each; the one that comes between is not looked at.
     #[inline]
     pub fn sample(&mut self, sample: SinCos, polar: Polar, nominal: u32) -> bool {
         let step = polar.phase.way_from(self.last).unsigned_abs();
-        let way = polar.phase.way_from(self.added).unsigned_abs();
         self.last = polar.phase;
+        if self.block.go_on() {
+            return self.block.samples() >= FEWEST && self.block.is_round();
+        }
+        let way = polar.phase.way_from(self.added).unsigned_abs();
         if step <= FASTEST && way >= SLOWEST && polar.radius.abs_diff(nominal) <= nominal / OFF_CIRCLE {
             self.added = polar.phase;
-            self.block.add(sample.cos, sample.sin, polar.phase);
+            if !self.block.begin(sample.cos, sample.sin, polar.phase) {
+                // An arc, over and over.
+                self.block = self.empty;
+            }
         }
-        let samples = self.block.samples();
-        if samples >= BLOCK && !self.block.is_round() {
-            // An arc, over and over.
-            self.block = self.empty;
-        }
-        samples >= FEWEST && self.block.is_round()
+        false
     }
 
     /// The block that is ready, for [`Recursive::update`]; the next one begins.
