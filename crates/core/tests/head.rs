@@ -306,7 +306,7 @@ fn saturation_and_dirt_are_graded() {
     };
     let (dirty, fault) = grade(0.6);
     assert!(fault.is_none() && dirty.warn.has(Findings::WEAK), "{dirty:?}");
-    let (dirtier, fault) = grade(0.4);
+    let (dirtier, fault) = grade(0.45);
     assert!(fault.is_none() && dirtier.fail.has(Findings::WEAK), "{dirtier:?}");
     let (strong, fault) = grade(1.45);
     assert!(fault.is_none() && strong.fail.has(Findings::CLIPPED), "{strong:?}");

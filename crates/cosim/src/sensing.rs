@@ -54,8 +54,7 @@ pub struct Cost {
 pub fn costs(file: &Path) -> Result<Vec<Cost>> {
     let image = Image::read(file)?;
     let entries = Entries::of(&image, &image.entries_in(MEASURED)?);
-    let [end, row, found] =
-        ["SENSING_END", "SENSING_ROW", "SENSING_FOUND"].map(|name| image.place_of(name));
+    let [end, row, found] = ["SENSING_END", "SENSING_ROW", "SENSING_FOUND"].map(|name| image.place_of(name));
     let (end, row, found) = (end?, row?, found?);
     let mut board = Metered::switched_on(&image, &entries)?;
     let mut cycles: Vec<Vec<u32>> = vec![Vec::new(); ROWS.len()];

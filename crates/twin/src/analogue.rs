@@ -32,6 +32,8 @@ pub struct Dirt {
 pub enum HeadEvent {
     /// The light becomes this part of what it was: an ageing lamp below 1, a gain set too high above.
     Light(f64),
+    /// The noise becomes so many times what it was: an interfering motor, a bad shield.
+    Noise(f64),
     /// Dirt falls on the grating.
     Dirt(Dirt),
     /// A channel of the converter stands at its last code, or no longer: cosine, sine.
@@ -52,6 +54,7 @@ pub struct Head {
     inl_phase: [f64; 2],
     kelvin: f64,
     light: f64,
+    louder: f64,
     dirt: Vec<Dirt>,
     stuck: [bool; 2],
     last: SinCos,
@@ -82,6 +85,7 @@ impl Head {
             inl_phase,
             kelvin: 0.0,
             light: 1.0,
+            louder: 1.0,
             dirt: Vec::new(),
             stuck: [false; 2],
             last: SinCos::default(),
@@ -108,6 +112,7 @@ impl Head {
     pub fn happen(&mut self, event: HeadEvent) {
         match event {
             HeadEvent::Light(part) => self.light = part,
+            HeadEvent::Noise(times) => self.louder = times,
             HeadEvent::Dirt(dirt) => self.dirt.push(dirt),
             HeadEvent::Stuck(channels) => self.stuck = channels,
             HeadEvent::NoSamples(none) => self.no_samples = none,
@@ -163,7 +168,7 @@ impl Head {
     /// The levels of A and B when the head comes to a reading: comparators with hysteresis.
     pub fn compare(&mut self, reading_um: f64) -> (bool, bool) {
         let [x, y] = self.signals(reading_um);
-        let (noise, h) = (self.settings.noise * self.settings.amplitude, self.hysteresis());
+        let (noise, h) = (self.settings.noise * self.louder * self.settings.amplitude, self.hysteresis());
         let (x, y) = (x + noise * self.noise.normal(), y + noise * self.noise.normal());
         let below = |value: f64, was: bool| if was { value < h } else { value < -h };
         self.levels = (below(x, self.levels.0), below(y, self.levels.1));
@@ -181,7 +186,7 @@ impl Head {
         }
         // The sine is sampled a little later than the cosine.
         let later = reading_um + um_s * self.settings.skew_ns * 1e-9;
-        let noise = self.settings.noise * self.settings.amplitude;
+        let noise = self.settings.noise * self.louder * self.settings.amplitude;
         let x = self.signals(reading_um)[0] + noise * self.noise.normal();
         let y = self.signals(later)[1] + noise * self.noise.normal();
         let [stuck_cos, stuck_sin] = self.stuck;

@@ -33,6 +33,8 @@ pub(crate) enum Topic {
     Twin,
     /// What is left of an encoder's error inside a period, by method, samples and noise.
     Encoder,
+    /// What can happen to an analogue encoder, how soon it is noticed, and how wrong the position was until then.
+    Faults,
     /// What a tick costs a Cortex-M0+, stage by stage; adds a row to the history.
     Cycles,
     /// Hashes of all outputs of the golden traces, on every processor.
@@ -48,6 +50,7 @@ pub(crate) enum Topic {
 const SEEDS: std::ops::RangeInclusive<u32> = 1..=6;
 const HOMING_SEEDS: std::ops::RangeInclusive<u32> = 1..=2;
 const HOMINGS: u32 = 200;
+const FAULT_SEEDS: &str = "1000";
 /// Edges at each speed.
 const EDGES: u64 = 10_000_000_000;
 
@@ -131,6 +134,7 @@ impl Topic {
             Self::Edges => "edges",
             Self::Twin => "twin",
             Self::Encoder => "encoder",
+            Self::Faults => "faults",
             Self::Cycles => "cycles",
             Self::Golden => "golden",
             Self::Pio => "pio",
@@ -146,10 +150,11 @@ impl Topic {
             Self::Homing => homing(root),
             Self::Edges => edges(root),
             Self::Twin => twin(root),
-            Self::Encoder => tables(root, "abbe-core", "ellipse_trials"),
+            Self::Encoder => tables(root, "abbe-core", "ellipse_trials", &[]),
+            Self::Faults => tables(root, "abbe-twin", "encoder_faults", &[FAULT_SEEDS]),
             Self::Cycles => cycles::section(root, page, &today()?, &commit(root)?),
             Self::Golden => golden(root),
-            Self::Pio => tables(root, "abbe-cosim", "pio_rates"),
+            Self::Pio => tables(root, "abbe-cosim", "pio_rates", &[]),
             Self::Firmware => images(root),
             Self::Cosim => cosim(root),
         }
@@ -239,9 +244,10 @@ fn golden(root: &Path) -> Result<String> {
 }
 
 /// The tables that an example of a crate prints.
-fn tables(root: &Path, package: &str, example: &str) -> Result<String> {
+fn tables(root: &Path, package: &str, example: &str, arguments: &[&str]) -> Result<String> {
     let mut command = cargo(root);
     command.args(["run", "--quiet", "--release", "-p", package, "--example", example]);
+    command.arg("--").args(arguments);
     let tables = stdout_of(&mut command)?;
     ensure!(tables.contains('|'), "the example {example} printed no table");
     Ok(tables)

@@ -140,7 +140,7 @@ pub enum SignalFault {
     OffCircle,
     /// The converter gives no samples.
     Missed,
-    /// Count and phase differ by more than a quarter of a period.
+    /// Count and phase differ by more than 5/16 of a period.
     Disagrees,
     /// The motion changed by more than three eighths of a period in one sample.
     Fast,
@@ -162,8 +162,14 @@ impl fmt::Display for SignalFault {
 pub const IN_A_ROW: u8 = 3;
 /// Samples in a row that may be missing.
 pub const MISSED_IN_A_ROW: u8 = 8;
-/// A lost signal is shorter than a quarter of the nominal radius; one far off its circle longer than 7/4 of it.
-const LOST: u32 = 4;
+/// A lost signal is shorter than 3/8 of the nominal radius: dirt that takes one channel alone leaves the other long enough
+/// for a while, and the comparators must still count. One that dips is shorter than 9/16 of it, one far off its circle longer
+/// than 7/4; in sixteenths.
+const LOST: u32 = 6;
+const DIPS: u32 = 9;
+const FAR: u32 = 28;
+/// Samples of a block that must dip: dirt may pass too quickly for the mean of a block to show it.
+const FEWEST_DIPS: u16 = 3;
 /// Count and phase: 3/16 of a period is to be looked at, 5/16 a fault; half a period would be a wrong position.
 pub const DISAGREES_WARN: i32 = 3 << 28;
 /// See [`DISAGREES_WARN`].
@@ -202,9 +208,9 @@ pub struct Health {
     changes: u32,
     clips: u16,
     misses: u16,
+    dips: u16,
     last: u32,
     warn: Findings,
-    fail: Findings,
     /// Of the ellipse: it changes between ticks.
     shape: [Findings; 2],
     /// The last block: what was found, to be looked at and beyond use, and its sums of radii and of their changes.
@@ -226,9 +232,9 @@ impl Health {
             changes: 0,
             clips: 0,
             misses: 0,
+            dips: 0,
             last: nominal,
             warn: Findings::NONE,
-            fail: Findings::NONE,
             shape: [Findings::NONE; 2],
             graded: [Findings::NONE; 2],
             ended: [nominal.wrapping_mul(256), 0],
@@ -293,10 +299,11 @@ impl Health {
 
     #[inline]
     fn judge(&mut self, radius: u32, far: i32, odd: i32) -> Option<SignalFault> {
-        let quarter = self.nominal / LOST;
-        self.lost = if radius < quarter { self.lost.saturating_add(1) } else { 0 };
-        let long = radius > self.nominal.wrapping_mul(2).wrapping_sub(quarter);
-        self.far = if long { self.far.saturating_add(1) } else { 0 };
+        // 2¹⁷ · 2⁵ · 2⁴ fits a word.
+        let parts = |number: u32| self.nominal.wrapping_mul(number) / 16;
+        self.dips = self.dips.wrapping_add(u16::from(radius < parts(DIPS)));
+        self.lost = if radius < parts(LOST) { self.lost.saturating_add(1) } else { 0 };
+        self.far = if radius > parts(FAR) { self.far.saturating_add(1) } else { 0 };
         if self.lost >= IN_A_ROW {
             return Some(SignalFault::Lost);
         }
@@ -348,12 +355,12 @@ impl Health {
             .and(Findings::NOISY.when(changes(16)))
             .and(Findings::MISSED.when(self.misses > 32));
         let warn = Findings::WEAK
-            .when(self.sum < times(11))
+            .when(self.sum < times(11) || self.dips >= FEWEST_DIPS)
             .and(Findings::STRONG.when(self.sum > times(19)))
             .and(Findings::CLIPPED.when(self.clips > 0))
-            .and(Findings::NOISY.when(changes(50)));
+            .and(Findings::NOISY.when(changes(32)));
         let [shape_warn, shape_fail] = self.shape;
-        let fail = self.fail.and(fail).and(shape_fail);
+        let fail = fail.and(shape_fail);
         let warn = self.warn.and(warn).and(shape_warn);
         self.graded = [Findings(warn.0 & !fail.0), fail];
         self.ended = [self.sum, self.changes];
@@ -361,8 +368,8 @@ impl Health {
         self.changes = 0;
         self.clips = 0;
         self.misses = 0;
+        self.dips = 0;
         self.warn = Findings::NONE;
-        self.fail = Findings::NONE;
     }
 
     /// Illegal transitions of the counter belong to the picture, too.

@@ -136,7 +136,8 @@ pub fn polar(sin: i32, cos: i32) -> Polar {
     let way = halved(halved(beyond, 15).wrapping_mul(over_x.cast_signed()), 15);
     let bend = halved(i32::from(node.bend).wrapping_mul(way), 21);
     let angle = i32::from(node.slope).wrapping_sub(bend).wrapping_mul(way) >> 9;
-    let longer = node.longer.wrapping_add_signed(i32::from(node.rise).wrapping_mul(way) >> 20).wrapping_add(1);
+    let longer =
+        node.longer.wrapping_add_signed(i32::from(node.rise).wrapping_mul(way) >> 20).wrapping_add(1);
     let angle = folded.unfold(node.angle.wrapping_add_signed(angle), 1 << 30);
     Polar { phase: Phase(angle), radius: x.wrapping_add(part(x, longer)).wrapping_shr(room) }
 }

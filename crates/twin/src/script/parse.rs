@@ -68,6 +68,7 @@ fn event(words: &[&str]) -> Result<Event, String> {
         ["pull", "encoder", name] => Event::Encoder { axis: axis(name)?, connected: false },
         ["plug", "encoder", name] => Event::Encoder { axis: axis(name)?, connected: true },
         ["light", name, part] => head(name, HeadEvent::Light(number(part)?))?,
+        ["noise", name, times] => head(name, HeadEvent::Noise(number(times)?))?,
         ["dirt", name, mm, "width", um, "depth", depth] => head(
             name,
             HeadEvent::Dirt(Dirt {
@@ -125,10 +126,10 @@ fn expectation(words: &[&str]) -> Result<Expectation, String> {
 }
 
 /// The words that a line may begin with.
-const FIRST: [&str; 27] = [
+const FIRST: [&str; 28] = [
     "home", "enable", "disable", "move", "start", "stop", "reset", "wait", "settle", "repeat", "pull",
     "plug", "jam", "free", "push", "shift", "break", "press", "release", "drive", "skip", "host", "expect",
-    "light", "dirt", "stick", "samples",
+    "light", "dirt", "stick", "samples", "noise",
 ];
 
 fn unknown(words: &[&str]) -> String {

@@ -1,0 +1,172 @@
+//! Paper B's stage under control: DC motors, a sine and a cosine, Y carrying X.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use abbe_core::design::{Analogue, AxisSettings, Encoder, Motor, StageSettings};
+use abbe_core::edge::Actuation;
+use abbe_core::machine::State;
+use abbe_core::publish::{Fault, Outcome};
+use abbe_core::sense::health::{Findings, Grade, SignalFault};
+use abbe_core::{Command, Controller, Outputs, Pos, background};
+use abbe_twin::analogue::HeadEvent;
+use abbe_twin::{Event, Plant, Twin};
+
+const PRESET: &str = include_str!("../../../presets/litho-120.toml");
+
+/// The numbers of the `[controller]` half of the preset.
+fn settings() -> StageSettings<2> {
+    let axis = AxisSettings {
+        count_um: 0.2,
+        step_um: 0.1,
+        travel_high_mm: 120.0,
+        speed_mm_s: 5.0,
+        acceleration_mm_s2: 100.0,
+        jerk_mm_s3: 4000.0,
+        dead_band_um: 0.02,
+        in_position_um: 0.4,
+        home_fast_mm_s: 4.0,
+        home_search_mm: 135.0,
+        encoder: Encoder::Analogue(Analogue { amplitude: 0.7, factor: 160, ..Analogue::default() }),
+        motor: Motor::Dc { full_speed_mm_s: 9.55 },
+        ..AxisSettings::default()
+    };
+    StageSettings { axes: [axis; 2], settle_timeout_ms: 3000.0, ..StageSettings::default() }
+}
+
+struct Stage {
+    twin: Twin,
+    controller: Controller<2>,
+    outputs: Outputs<2>,
+}
+
+impl Stage {
+    fn homed(seed: u64) -> Self {
+        let plant = Plant::read("litho-120", PRESET).unwrap();
+        let twin = Twin::standing_at(&plant, 1e4, seed, [1.0, 1.5]);
+        let controller = Controller::new(settings().build().unwrap());
+        let mut stage = Self { twin, controller, outputs: Outputs::OFF };
+        stage.tick();
+        stage.work(Command::Home);
+        assert_eq!(stage.controller.status().fault, None);
+        stage
+    }
+
+    fn tick(&mut self) {
+        let inputs = self.twin.step(&self.outputs);
+        self.outputs = self.controller.tick(&inputs);
+        while background::advance(&mut self.controller).is_some() {}
+    }
+
+    fn work(&mut self, command: Command<2>) {
+        self.controller.command(command).unwrap();
+        self.tick();
+        while self.controller.status().state.is_busy() {
+            self.tick();
+        }
+    }
+
+    fn go(&mut self, x_mm: f64, y_mm: f64) {
+        self.work(Command::MoveTo([Pos::from_mm(x_mm), Pos::from_mm(y_mm)]));
+        let status = self.controller.status();
+        assert_eq!((status.fault, status.last_move.unwrap().outcome), (None, Outcome::Arrived));
+    }
+
+    /// The first fault within so many ticks, and after how many.
+    fn fault_within(&mut self, ticks: u32) -> (u32, Fault) {
+        for tick in 1..=ticks {
+            self.tick();
+            if let Some(fault) = self.controller.status().fault {
+                return (tick, fault);
+            }
+        }
+        panic!("no fault within {ticks} ticks");
+    }
+}
+
+#[test]
+fn litho_120_homes_and_moves() {
+    let mut stage = Stage::homed(1);
+    assert!(matches!(stage.outputs.axes[0].actuation, Actuation::Pwm(_)));
+    for (x, y) in [(3.0, 1.0), (0.5, 4.0), (2.0, 2.0)] {
+        stage.go(x, y);
+        let truth = stage.twin.truth();
+        for (slide, asked) in truth.slides_um.iter().zip([x, y]) {
+            // Paper B: within 0.8 µm; the reference mark repeats to a count of 0.2 µm.
+            assert!((slide - asked * 1e3).abs() < 0.8, "{slide} µm, asked {asked} mm");
+        }
+    }
+    let status = stage.controller.status();
+    for axis in status.axes {
+        // 5 nm steps.
+        let steps = axis.reading.um() / 0.005;
+        assert!((steps - steps.round()).abs() < 0.01, "{}", axis.reading.um());
+        assert_eq!(axis.signals.unwrap().grade(), Grade::Good, "{:?}", axis.signals);
+    }
+}
+
+/// The recursion has found what the twin's preset says, from signals that nobody adjusted.
+#[test]
+fn the_ellipse_is_learned_while_the_stage_works() {
+    let mut stage = Stage::homed(2);
+    stage.go(2.0, 3.0);
+    for _ in 0..20 {
+        stage.work(Command::MoveBy([Pos::from_um(40.0), Pos::from_um(40.0)]));
+    }
+    for (axis, [p, q, gain, degrees]) in
+        [[0.05, -0.03, 1.08, 4.0], [-0.04, 0.02, 0.95, -3.0]].into_iter().enumerate()
+    {
+        let found = stage.controller.head(axis).unwrap().ellipse();
+        // Drift along the travel is 1 % of the amplitude; a third harmonic of 1 % leans on all of them.
+        assert!((found.p / found.radius - p).abs() < 0.03, "{axis}: {found:?}");
+        assert!((found.q / found.radius - q).abs() < 0.03, "{axis}: {found:?}");
+        assert!((1.0 / found.r - gain).abs() < 0.03, "{axis}: {found:?}");
+        assert!((-found.alpha.to_degrees() - degrees).abs() < 1.5, "{axis}: {found:?}");
+    }
+}
+
+#[test]
+fn crossing_the_zero_is_counted_once_it_is_known() {
+    let mut stage = Stage::homed(3);
+    stage.go(0.1, 0.1);
+    let before = stage.controller.status().axes[0].zero_crossings;
+    // Travel ends at 0; homing passes the mark on its way down and up again.
+    stage.work(Command::Home);
+    let after = stage.controller.status().axes[0].zero_crossings;
+    assert!(after.wrapping_sub(before) >= 2, "{before} … {after}");
+}
+
+#[test]
+fn every_encoder_fault_cuts_the_drives_and_costs_the_zero() {
+    for (event, wanted, most) in [
+        (Event::Encoder { axis: 0, connected: false }, SignalFault::Lost, 5),
+        (Event::Head { axis: 0, event: HeadEvent::Light(0.1) }, SignalFault::Lost, 5),
+        (Event::Head { axis: 0, event: HeadEvent::NoSamples(true) }, SignalFault::Missed, 11),
+    ] {
+        let mut stage = Stage::homed(4);
+        stage.controller.command(Command::MoveTo([Pos::from_mm(6.0), Pos::from_mm(1.0)])).unwrap();
+        (0..4000).for_each(|_| stage.tick());
+        stage.twin.happen(event);
+        let (after, fault) = stage.fault_within(100);
+        assert_eq!(fault, Fault::Signal { axis: 0, what: wanted });
+        assert!(after <= most, "{event:?} after {after} ticks");
+        assert!(!stage.outputs.axes[0].enable && stage.controller.status().state == State::Fault);
+        assert!(!stage.controller.status().axes[0].homed && stage.controller.status().axes[1].homed);
+    }
+}
+
+#[test]
+fn fading_light_is_graded_long_before_it_is_a_fault() {
+    let mut stage = Stage::homed(5);
+    stage.twin.happen(Event::Head { axis: 1, event: HeadEvent::Light(0.62) });
+    stage.go(1.0, 2.0);
+    let signals = stage.controller.status().axes[1].signals.unwrap();
+    assert!(signals.grade() == Grade::Warn && signals.warn.has(Findings::WEAK), "{signals:?}");
+}
+
+#[test]
+fn a_drive_that_pulls_nothing_is_a_following_error() {
+    let mut stage = Stage::homed(6);
+    stage.twin.happen(Event::Jam { axis: 0, jammed: true });
+    stage.controller.command(Command::MoveTo([Pos::from_mm(3.0), Pos::from_mm(1.0)])).unwrap();
+    let (_, fault) = stage.fault_within(5000);
+    assert!(matches!(fault, Fault::FollowingError { axis: 0, .. }), "{fault}");
+}
