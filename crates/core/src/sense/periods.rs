@@ -92,6 +92,12 @@ impl Join {
         Joined { position, disagreement: position.way_from(middle) as i32 }
     }
 
+    /// Count and phase have met where no hysteresis can spoil it.
+    #[inline]
+    pub fn is_sure(&self) -> bool {
+        self.sure
+    }
+
     /// The middle of a count, once count and phase have met.
     pub fn middle(&self, count: i64) -> Option<Periods> {
         self.offset?;
