@@ -157,6 +157,9 @@ mod tests {
         let mut image = Image::default();
         image.load(FLASH, &[0; 8]).unwrap();
         let entries = Entries::of(&image, &[FLASH + 4, FLASH]);
-        assert_eq!([0, 2, 4, 6, 8].map(|offset| entries.at(FLASH + offset)), [Some(1), None, Some(0), None, None]);
+        assert_eq!(
+            [0, 2, 4, 6, 8].map(|offset| entries.at(FLASH + offset)),
+            [Some(1), None, Some(0), None, None]
+        );
     }
 }

@@ -10,10 +10,9 @@ use crate::image::Image;
 use crate::metered::{Entries, Metered};
 
 #[path = "../../core/examples/sensing_speed/signals.rs"]
-#[allow(missing_docs, reason = "the source of an example")]
 mod signals;
 #[path = "../../core/examples/sensing_speed/work.rs"]
-#[allow(missing_docs, dead_code, reason = "the source of an example, of which each user takes what it needs")]
+#[allow(dead_code, reason = "the image alone tells when an ellipse is taken anew")]
 mod work;
 
 use signals::{Reading, SAMPLES};
@@ -54,8 +53,7 @@ pub struct Cost {
 pub fn costs(file: &Path) -> Result<Vec<Cost>> {
     let image = Image::read(file)?;
     let entries = Entries::of(&image, &image.entries_in(MEASURED)?);
-    let [end, row, found] =
-        ["SENSING_END", "SENSING_ROW", "SENSING_FOUND"].map(|name| image.place_of(name));
+    let [end, row, found] = ["SENSING_END", "SENSING_ROW", "SENSING_FOUND"].map(|name| image.place_of(name));
     let (end, row, found) = (end?, row?, found?);
     let mut board = Metered::switched_on(&image, &entries)?;
     let mut cycles: Vec<Vec<u32>> = vec![Vec::new(); ROWS.len()];
@@ -76,7 +74,7 @@ pub fn costs(file: &Path) -> Result<Vec<Cost>> {
 
 /// What this machine's results hash to, by row.
 fn here() -> Vec<u32> {
-    let mut readings = [Reading::NONE; SAMPLES];
+    let mut readings = vec![Reading::NONE; SAMPLES];
     signals::fill(&mut readings);
     let found = |row| Bench::new(row).run(&readings, |head| _ = work::measured::head_update(head));
     ROWS.iter().map(found).collect()

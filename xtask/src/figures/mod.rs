@@ -6,6 +6,7 @@
 mod cycles;
 mod inline;
 mod readme;
+mod sensing;
 
 use std::fmt::Write as _;
 use std::fs;
@@ -31,6 +32,8 @@ pub(crate) enum Topic {
     Twin,
     /// What a tick costs a Cortex-M0+, stage by stage; adds a row to the history.
     Cycles,
+    /// What sensing an analogue axis costs a Cortex-M0+ and this machine, beside other ways to an angle.
+    Sensing,
     /// Hashes of all outputs of the golden traces, on every processor.
     Golden,
     /// How fast the board's PIO programs are exact.
@@ -124,6 +127,7 @@ impl Topic {
             Self::Homing => "homing",
             Self::Twin => "twin",
             Self::Cycles => "cycles",
+            Self::Sensing => "sensing",
             Self::Golden => "golden",
             Self::Pio => "pio",
             Self::Firmware => "firmware",
@@ -138,6 +142,7 @@ impl Topic {
             Self::Homing => homing(root),
             Self::Twin => twin(root),
             Self::Cycles => cycles::section(root, page, &today()?, &commit(root)?),
+            Self::Sensing => sensing::section(root),
             Self::Golden => golden(root),
             Self::Pio => pio(root),
             Self::Firmware => images(root),
@@ -219,10 +224,14 @@ fn golden(root: &Path) -> Result<String> {
     })
 }
 
-/// The tables that the example prints.
 fn pio(root: &Path) -> Result<String> {
+    tables_of(root, "abbe-cosim", "pio_rates")
+}
+
+/// The tables that an example prints.
+fn tables_of(root: &Path, package: &str, example: &str) -> Result<String> {
     let mut command = cargo(root);
-    command.args(["run", "--quiet", "--release", "-p", "abbe-cosim", "--example", "pio_rates"]);
+    command.args(["run", "--quiet", "--release", "-p", package, "--example", example]);
     let tables = stdout_of(&mut command)?;
     ensure!(tables.contains('|'), "the example printed no table");
     Ok(tables)

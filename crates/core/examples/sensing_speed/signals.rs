@@ -74,7 +74,8 @@ impl Motion {
     fn step(&mut self, aim: f64) {
         self.speed += (aim - self.speed).clamp(-ACCELERATION, ACCELERATION);
         self.position += self.speed;
-        let (low, high) = (f64::from(self.count) * 0.25 - HYSTERESIS, f64::from(self.count + 1) * 0.25 + HYSTERESIS);
+        let (low, high) =
+            (f64::from(self.count) * 0.25 - HYSTERESIS, f64::from(self.count + 1) * 0.25 + HYSTERESIS);
         if !(low..high).contains(&self.position) {
             self.count = libm::floor(self.position * 4.0) as i32;
         }

@@ -174,7 +174,8 @@ impl Bench {
             Work::Update => 0,
             Work::Head { .. } => {
                 let config = black_box(&self.config);
-                let read = measured::head_read(&mut self.head, came.then_some(sample), i64::from(count), config);
+                let read =
+                    measured::head_read(&mut self.head, came.then_some(sample), i64::from(count), config);
                 low_and_high(read.position.0 as u64) ^ u32::from(read.fault.is_some())
             }
             Work::Straighten => {

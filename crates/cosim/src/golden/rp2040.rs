@@ -41,8 +41,7 @@ impl Board {
     /// It cannot be read, or lacks one of the functions or statics that are looked at.
     pub fn read(file: &Path) -> Result<Self> {
         let image = Image::read(file)?;
-        let entry_of =
-            |name| image.entry_of("abbe_core::controller::Controller<_>::", &format!("::{name}"));
+        let entry_of = |name| image.entry_of("abbe_core::controller::Controller<_>::", &format!("::{name}"));
         let addresses = MEASURED.iter().map(entry_of).collect::<Result<Vec<u32>>>()?;
         let entries = Entries::of(&image, &addresses);
         let (end, found) = (image.place_of("GOLDEN_END")?, image.place_of("GOLDEN_FOUND")?);
