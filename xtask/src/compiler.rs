@@ -47,6 +47,11 @@ pub(crate) fn not_possible(targets: &[&str]) -> Outcome {
     }
 }
 
+/// What a chore says that cannot go on without it.
+pub(crate) fn missing(targets: &[&str]) -> String {
+    format!("no compiler for {}; to install: {}", targets.join(", "), install_line(targets))
+}
+
 /// The command that brings a compiler for `targets`.
 pub(crate) fn install_line(targets: &[&str]) -> String {
     let (targets, packages) = (targets.join(" "), DEBIAN_PACKAGES.join(" "));

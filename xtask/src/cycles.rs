@@ -1,5 +1,5 @@
 //! `cargo xtask cycles`: what a tick costs a Cortex-M0+, stage by stage, against the budget of
-//! `crates/cosim/src/golden/budget.rs`.
+//! `crates/cosim/src/golden/budget.rs`; and what sensing an analogue axis costs ([`sensing`]).
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::stage::{Outcome, Setting};
-use crate::{compiler, golden};
+use crate::{compiler, golden, sensing};
 
 /// Form of the report.
 #[derive(Clone, Copy, Debug)]
@@ -33,8 +33,9 @@ pub(crate) struct Cost {
 /// The stage of `cargo xtask test`.
 pub(crate) fn check(setting: &Setting) -> Result<Outcome> {
     let Some(costs) = measured(setting)? else { return Ok(golden::without_compiler(setting)) };
-    print!("{}", table(&costs));
-    Ok(Outcome::of_findings(over_budget(&costs)))
+    let Some(of_sensing) = sensing::measured(setting)? else { return Ok(golden::without_compiler(setting)) };
+    print!("{}\n{}", table(&costs), sensing::table(of_sensing));
+    Ok(Outcome::of_findings([over_budget(&costs), sensing::findings(of_sensing)].concat()))
 }
 
 /// The chore; true when nothing is over its budget.
@@ -43,14 +44,20 @@ pub(crate) fn check(setting: &Setting) -> Result<Outcome> {
 /// There is no compiler, or the traces cannot be replayed.
 pub(crate) fn run(setting: &Setting, form: Form) -> Result<bool> {
     let costs = must_measure(setting)?;
-    let over = over_budget(&costs);
+    let of_sensing = sensing::must_measure(setting)?;
+    let findings = [over_budget(&costs), sensing::findings(of_sensing)].concat();
+    let passed = findings.is_empty();
     match form {
-        Form::Table => println!("{}{}", table(&costs), over.join("\n")),
+        Form::Table => {
+            println!("{}\n{}{}", table(&costs), sensing::table(of_sensing), findings.join("\n"));
+        }
         Form::Json => {
-            println!("{:#}", json!({ "cycles": costs, "findings": over, "passed": over.is_empty() }));
+            let report =
+                json!({ "cycles": costs, "sensing": of_sensing, "findings": findings, "passed": passed });
+            println!("{report:#}");
         }
     }
-    Ok(over.is_empty())
+    Ok(passed)
 }
 
 /// The cost of every row of the budget.
@@ -58,10 +65,7 @@ pub(crate) fn run(setting: &Setting, form: Form) -> Result<bool> {
 /// # Errors
 /// There is no compiler, or the traces cannot be replayed.
 pub(crate) fn must_measure(setting: &Setting) -> Result<Vec<Cost>> {
-    let targets = golden::targets(setting);
-    measured(setting)?.with_context(|| {
-        format!("no compiler for {}; to install: {}", targets.join(", "), compiler::install_line(&targets))
-    })
+    measured(setting)?.with_context(|| compiler::missing(&golden::targets(setting)))
 }
 
 fn measured(setting: &Setting) -> Result<Option<Vec<Cost>>> {

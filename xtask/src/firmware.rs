@@ -141,9 +141,7 @@ pub(crate) fn check(setting: &Setting) -> Result<Outcome> {
 /// There is no compiler, or an image does not build or cannot be read.
 pub(crate) fn run(setting: &Setting, form: Form) -> Result<bool> {
     let targets = targets(setting);
-    let route = find_route(setting).with_context(|| {
-        format!("no compiler for {}; to install: {}", targets.join(", "), compiler::install_line(&targets))
-    })?;
+    let route = find_route(setting).with_context(|| compiler::missing(&targets))?;
     eprintln!("compiling with {}", route.name());
     let verdicts = judge_all(setting, route)?;
     let missed = missed_offenders(setting, route)?;

@@ -14,6 +14,7 @@ mod image;
 mod licences;
 mod links;
 mod metadata;
+mod sensing;
 mod stage;
 mod test;
 mod witness;
@@ -60,7 +61,8 @@ enum Chore {
         #[arg(long)]
         install: bool,
     },
-    /// Counts what every stage of a tick costs a Cortex-M0+ over all golden traces, against the budget.
+    /// Counts what every stage of a tick costs a Cortex-M0+ over all golden traces, and what sensing an analogue axis
+    /// costs, against the budget.
     Cycles {
         /// Install a compiler where there is none.
         #[arg(long)]

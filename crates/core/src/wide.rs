@@ -92,15 +92,17 @@ pub fn leading_zeros(word: u32) -> u32 {
 #[inline]
 fn leading_zeros_by_product(word: u32) -> u32 {
     const PIECES: u32 = 0x07c4_acdd;
-    static ZEROS: [u8; 32] = {
-        let (mut zeros, mut ones) = ([0; 32], 0_u32);
+    static ZEROS: [u8; 32] = zeros();
+    #[allow(clippy::indexing_slicing, clippy::arithmetic_side_effects, reason = "while compiling")]
+    const fn zeros() -> [u8; 32] {
+        let (mut zeros, mut ones) = ([0; 32], 0);
         while ones < 32 {
             let place = (u32::MAX >> (31 - ones)).wrapping_mul(PIECES) >> 27;
             zeros[place as usize] = 31 - ones as u8;
             ones += 1;
         }
         zeros
-    };
+    }
     let ones = word | word >> 1;
     let ones = ones | ones >> 2;
     let ones = ones | ones >> 4;

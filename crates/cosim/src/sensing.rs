@@ -10,10 +10,9 @@ use crate::image::Image;
 use crate::metered::{Entries, Metered};
 
 #[path = "../../core/examples/sensing_speed/signals.rs"]
-#[allow(missing_docs, reason = "the source of an example")]
 mod signals;
 #[path = "../../core/examples/sensing_speed/work.rs"]
-#[allow(missing_docs, dead_code, reason = "the source of an example, of which each user takes what it needs")]
+#[allow(dead_code, reason = "the image alone tells when an ellipse is taken anew")]
 mod work;
 
 use signals::{Reading, SAMPLES};
@@ -75,7 +74,7 @@ pub fn costs(file: &Path) -> Result<Vec<Cost>> {
 
 /// What this machine's results hash to, by row.
 fn here() -> Vec<u32> {
-    let mut readings = [Reading::NONE; SAMPLES];
+    let mut readings = vec![Reading::NONE; SAMPLES];
     signals::fill(&mut readings);
     let found = |row| Bench::new(row).run(&readings, |head| _ = work::measured::head_update(head));
     ROWS.iter().map(found).collect()

@@ -6,6 +6,7 @@
 mod cycles;
 mod inline;
 mod readme;
+mod sensing;
 
 use std::fmt::Write as _;
 use std::fs;
@@ -37,6 +38,8 @@ pub(crate) enum Topic {
     Faults,
     /// What a tick costs a Cortex-M0+, stage by stage; adds a row to the history.
     Cycles,
+    /// What sensing an analogue axis costs a Cortex-M0+ and this machine, beside other ways to an angle.
+    Sensing,
     /// Hashes of all outputs of the golden traces, on every processor.
     Golden,
     /// How fast the board's PIO programs are exact.
@@ -136,6 +139,7 @@ impl Topic {
             Self::Encoder => "encoder",
             Self::Faults => "faults",
             Self::Cycles => "cycles",
+            Self::Sensing => "sensing",
             Self::Golden => "golden",
             Self::Pio => "pio",
             Self::Firmware => "firmware",
@@ -153,6 +157,7 @@ impl Topic {
             Self::Encoder => tables(root, "abbe-core", "ellipse_trials", &[]),
             Self::Faults => tables(root, "abbe-twin", "encoder_faults", &[FAULT_SEEDS]),
             Self::Cycles => cycles::section(root, page, &today()?, &commit(root)?),
+            Self::Sensing => sensing::section(root),
             Self::Golden => golden(root),
             Self::Pio => tables(root, "abbe-cosim", "pio_rates", &[]),
             Self::Firmware => images(root),

@@ -38,7 +38,7 @@ pub(crate) mod measured {
     }
 
     #[inline(never)]
-    pub(crate) fn cordic(sin: i32, cos: i32) -> Polar {
+    pub(crate) fn phase(sin: i32, cos: i32) -> Polar {
         polar(sin, cos)
     }
 
@@ -81,7 +81,7 @@ pub(crate) enum Work {
     /// Nothing by itself: see [`UPDATE`].
     Update,
     Straighten,
-    Cordic,
+    Polar,
     Subdivide(u16),
     Atan2f,
     IdspAtan2,
@@ -105,11 +105,11 @@ pub(crate) const UPDATE: usize = 4;
 pub(crate) const ROWS: [Row; 12] = [
     row("head with a counter, as fine as it is", BUDGET, head(true, 0, false)),
     row("head with a counter, 160 steps", BUDGET, head(true, 160, false)),
-    row("head with a counter, 160 steps, filters", BUDGET, head(true, 160, true)),
+    row("head with a counter, 160 steps, paper B's filters", None, head(true, 160, true)),
     row("head without a counter, 160 steps", BUDGET, head(false, 160, false)),
     row("head between ticks, the ellipse anew", None, Work::Update),
     row("correction alone", None, Work::Straighten),
-    row("CORDIC alone", None, Work::Cordic),
+    row("phase and radius alone", None, Work::Polar),
     row("table, 160 steps", None, Work::Subdivide(160)),
     row("table, 4096 steps", None, Work::Subdivide(4096)),
     row("libm::atan2f", None, Work::Atan2f),
@@ -182,8 +182,8 @@ impl Bench {
                 let [cos, sin] = measured::straighten(black_box(&self.correction), sample);
                 cos.rotate_left(16) as u32 ^ sin as u32
             }
-            Work::Cordic => {
-                let Polar { phase, radius } = measured::cordic(sin << 8, cos << 8);
+            Work::Polar => {
+                let Polar { phase, radius } = measured::phase(sin << 8, cos << 8);
                 phase.0 ^ radius
             }
             Work::Subdivide(_) => {

@@ -102,14 +102,16 @@ impl Head {
         let sample = if config.sample_limit == 0 { sample } else { self.limited(sample) };
         let polar = self.correction.polar(sample);
         let phase = self.residual.take_off(polar.phase);
+        let meets = config.counted && !self.join.is_sure();
         let (position, disagreement, surprise) = self.place(count, phase, config);
         let seen = Sample { radius: polar.radius, clipped, disagreement, surprise };
         let fault = self.health.sample(&seen);
         if fault.is_some() {
             self.begin_anew(count, phase);
         }
-        // Not in the tick that grades the signals: the two together would be the dearest tick of all.
-        if config.tracks && !self.ready && !self.health.ends_block() {
+        // Gathering can wait for a tick that has nothing else to do: no tick does all that a tick may do.
+        let busy = meets || self.health.ends_block();
+        if config.tracks && !self.ready && !busy {
             self.ready = self.gather.sample(sample, polar, self.nominal);
         }
         // A vector too short to have a phase says nothing about the place.

@@ -72,7 +72,8 @@ pub struct Join {
 pub struct Joined {
     /// The position.
     pub position: Periods,
-    /// From the middle of the count to the position, 2⁻³² of a period: within ± 1/8 when all is well.
+    /// From the middle of the count to the position, 2⁻³² of a period: within ± 1/8 when all is well. 0 until both have met
+    /// in the middle of a quadrant, within a period of motion.
     pub disagreement: i32,
 }
 
@@ -89,7 +90,15 @@ impl Join {
         };
         let middle = Periods(count.wrapping_add(offset).wrapping_mul(QUARTER).wrapping_add(QUARTER / 2));
         let position = middle.nearest(phase);
-        Joined { position, disagreement: position.way_from(middle) as i32 }
+        // Beside its own count until the offset is sure: up to 3/8 of a period, and no sign of anything.
+        let disagreement = if self.sure { position.way_from(middle) as i32 } else { 0 };
+        Joined { position, disagreement }
+    }
+
+    /// Count and phase have met where no hysteresis can spoil it.
+    #[inline]
+    pub fn is_sure(&self) -> bool {
+        self.sure
     }
 
     /// The middle of a count, once count and phase have met.

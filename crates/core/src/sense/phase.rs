@@ -1,4 +1,6 @@
-//! An angle inside a signal period, and how it comes from a sine and a cosine: CORDIC (Volder, 1959) in integers.
+//! An angle inside a signal period, and how it comes from a sine and a cosine: the nearest of 129 tangents whose angles are
+//! known, and a parabola from there. CORDIC (Volder, 1959), at which the table is aimed, needs no product, but 22 rotations:
+//! four times the time on a Cortex-M0+, which multiplies in a cycle.
 
 use super::subdivide::Octant;
 use crate::wide;
@@ -133,8 +135,8 @@ pub fn polar(sin: i32, cos: i32) -> Polar {
     let Some(node) = NODES.get(k as usize) else { return Polar::default() };
     // From its tangent to y/x, 2⁻²³: k x and 128 y both wrap, and what is between them does not.
     let beyond = (y << 7).wrapping_sub(k.wrapping_mul(x)).cast_signed();
-    let way = halved(halved(beyond, 15).wrapping_mul(over_x.cast_signed()), 15);
-    let bend = halved(i32::from(node.bend).wrapping_mul(way), 21);
+    let way = rounded(rounded(beyond, 15).wrapping_mul(over_x.cast_signed()), 15);
+    let bend = rounded(i32::from(node.bend).wrapping_mul(way), 21);
     let angle = i32::from(node.slope).wrapping_sub(bend).wrapping_mul(way) >> 9;
     let longer =
         node.longer.wrapping_add_signed(i32::from(node.rise).wrapping_mul(way) >> 20).wrapping_add(1);
@@ -148,14 +150,14 @@ fn reciprocal(x: u32) -> u32 {
     let nearly = RECIPROCALS.get((x >> 23 & 127) as usize).copied().map_or(0, u32::from);
     let short = x.wrapping_add(1 << 14) >> 15;
     let off = (1_u32 << 31).wrapping_sub(nearly.wrapping_mul(short)).cast_signed();
-    let more = halved(nearly.cast_signed().wrapping_mul(off >> 9), 22);
+    let more = rounded(nearly.cast_signed().wrapping_mul(off >> 9), 22);
     nearly.wrapping_add_signed(more)
 }
 
 /// `way / 2ⁿ`, rounded to nearest.
 #[inline]
-fn halved(way: i32, n: u32) -> i32 {
-    way.wrapping_add(1 << (n - 1)) >> n
+fn rounded(way: i32, n: u32) -> i32 {
+    way.wrapping_add((1 << n) >> 1) >> n
 }
 
 /// `x · part / 2¹⁸` for x < 2³¹, part < 2¹⁷, both factors in halves.

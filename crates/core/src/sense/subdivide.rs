@@ -174,7 +174,7 @@ mod tests {
 
     /// Every pair of codes of an 8-bit converter.
     #[test]
-    fn table_and_cordic_agree_but_for_halves() {
+    fn table_and_phase_agree_but_for_halves() {
         let table = Subdivider::new(160).unwrap();
         for sin in -128..128_i32 {
             for cos in -128..128_i32 {

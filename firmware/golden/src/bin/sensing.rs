@@ -1,11 +1,13 @@
 //! Reads signals of analogue encoders on this processor, for an emulator that counts its cycles: the work that the
 //! example `sensing_speed` of `crates/core` does on the host, from the same source. The answer stands in memory.
+//! `crates/cosim/src/sensing.rs` reads it.
 #![no_std]
 #![no_main]
 
 #[path = "../../../../crates/core/examples/sensing_speed/signals.rs"]
 mod signals;
 #[path = "../../../../crates/core/examples/sensing_speed/work.rs"]
+#[allow(dead_code, reason = "names and budgets are for who reads the answer")]
 mod work;
 
 use core::sync::atomic::{AtomicU32, Ordering};

@@ -1,0 +1,88 @@
+//! What reading an analogue encoder costs this machine, sample by sample, beside other ways to an angle.
+//!
+//! `cargo run --release -p abbe-core --example sensing_speed`
+//!
+//! `cargo xtask cycles` counts the cycles of the same work on a Cortex-M0+.
+
+mod signals;
+#[allow(dead_code, reason = "budgets are for a Cortex-M0+")]
+mod work;
+
+use signals::{Reading, SAMPLES};
+use std::f64::consts::TAU;
+use std::time::Instant;
+use work::{Bench, ROWS, UPDATE, Work, measured};
+
+/// Every row is run so often; the median counts.
+const TIMES: usize = 301;
+
+fn main() {
+    let mut readings = vec![Reading::NONE; SAMPLES];
+    signals::fill(&mut readings);
+    println!("| work | this machine, ns | largest error of the angle, 10⁻⁹ of a period |\n|---|---:|---:|");
+    let mut updates = Vec::new();
+    for (number, row) in ROWS.iter().enumerate() {
+        let ns = if number == UPDATE {
+            median(&mut updates)
+        } else {
+            nanoseconds_of(row, &readings, &mut updates)
+        };
+        println!("| {} | {ns:.1} | {} |", row.name, error(row.work));
+    }
+}
+
+/// Of a sample.
+fn nanoseconds_of(row: &work::Row, readings: &[Reading], updates: &mut Vec<f64>) -> f64 {
+    let mut runs: Vec<f64> = (0..TIMES)
+        .map(|_| {
+            let mut bench = Bench::new(row);
+            let mut between = 0.0;
+            let began = Instant::now();
+            std::hint::black_box(bench.run(readings, |head| {
+                let began = Instant::now();
+                _ = std::hint::black_box(measured::head_update(head));
+                let took = nanoseconds_since(began);
+                updates.push(took);
+                between += took;
+            }));
+            (nanoseconds_since(began) - between) / readings.len() as f64
+        })
+        .collect();
+    median(&mut runs)
+}
+
+fn nanoseconds_since(began: Instant) -> f64 {
+    began.elapsed().as_secs_f64() * 1e9
+}
+
+fn median(numbers: &mut [f64]) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    numbers.get(numbers.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// The worst over the whole turn, for a way to an angle.
+fn error(work: Work) -> String {
+    const ANGLES: u32 = 100_000;
+    let table = match work {
+        Work::Subdivide(factor) => abbe_core::sense::subdivide::Subdivider::new(factor).ok(),
+        _ => None,
+    };
+    let turns = |sin: i32, cos: i32| match work {
+        Work::Polar => Some(measured::phase(sin, cos).phase.turns()),
+        Work::Atan2f => Some(f64::from(measured::atan2f(sin, cos)) / TAU),
+        Work::IdspAtan2 => Some(f64::from(measured::idsp_atan2(sin, cos)) / 4_294_967_296.0),
+        Work::Subdivide(factor) => {
+            table.as_ref().map(|table| f64::from(measured::subdivide(table, sin, cos)) / f64::from(factor))
+        }
+        Work::Nothing | Work::Head { .. } | Work::Update | Work::Straighten => None,
+    };
+    let off = |number: u32| {
+        let angle = f64::from(number) / f64::from(ANGLES) * TAU;
+        // 16-bit signals with 8 more bits of the correction.
+        let (sin, cos) = ((angle.sin() * 5.1e6) as i32, (angle.cos() * 5.1e6) as i32);
+        let off = turns(sin, cos)? - f64::from(sin).atan2(f64::from(cos)) / TAU;
+        Some((off - off.round()).abs())
+    };
+    let worst = (0..ANGLES).filter_map(off).reduce(f64::max);
+    worst.map_or("–".into(), |worst| format!("{:.0}", worst * 1e9))
+}
