@@ -103,7 +103,12 @@ impl Head {
         let polar = self.correction.polar(sample);
         let phase = self.residual.take_off(polar.phase);
         let meets = config.counted && !self.join.is_sure();
-        let (position, disagreement, surprise) = self.place(count, phase, config);
+        // A vector too short to have a phase says nothing about the place.
+        let (position, disagreement, surprise) = if self.health.is_short(polar.radius) {
+            (self.bridged(count, config), 0, 0)
+        } else {
+            self.place(count, phase, config)
+        };
         let seen = Sample { radius: polar.radius, clipped, disagreement, surprise };
         let fault = self.health.sample(&seen);
         if fault.is_some() {
@@ -114,10 +119,7 @@ impl Head {
         if config.tracks && !self.ready && !busy {
             self.ready = self.gather.sample(sample, polar, self.nominal);
         }
-        // A vector too short to have a phase says nothing about the place.
-        if !self.health.is_lost() {
-            self.last = position;
-        }
+        self.last = position;
         let position = if config.factor == 0 { self.last } else { self.stepped(config) };
         Read { position, fault }
     }
@@ -141,19 +143,25 @@ impl Head {
         }
     }
 
-    /// No sample: the count goes on, and what it was off by; or the speed does.
+    /// No sample.
     #[cold]
     fn bridge(&mut self, count: i64, config: &Config) -> Read {
         let fault = self.health.miss();
-        if config.counted {
-            if let Some(middle) = self.join.middle(count) {
-                self.last = Periods(middle.0.wrapping_add(i64::from(self.from_middle)));
-            }
-        } else if let Some(position) = self.unwrap.miss() {
-            self.last = position;
-        }
+        self.last = self.bridged(count, config);
         let position = if config.factor == 0 { self.last } else { self.stepped(config) };
         Read { position, fault }
+    }
+
+    /// Where the head is without a phase: the count goes on, and what it was off by; or the speed does.
+    #[cold]
+    fn bridged(&mut self, count: i64, config: &Config) -> Periods {
+        let beside = i64::from(self.from_middle);
+        let known = if config.counted {
+            self.join.middle(count).map(|middle| Periods(middle.0.wrapping_add(beside)))
+        } else {
+            self.unwrap.miss()
+        };
+        known.unwrap_or(self.last)
     }
 
     #[cold]

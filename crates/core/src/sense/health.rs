@@ -299,11 +299,9 @@ impl Health {
 
     #[inline]
     fn judge(&mut self, radius: u32, far: i32, odd: i32) -> Option<SignalFault> {
-        // 2¹⁷ · 2⁵ · 2⁴ fits a word.
-        let parts = |number: u32| self.nominal.wrapping_mul(number) / 16;
-        self.dips = self.dips.wrapping_add(u16::from(radius < parts(DIPS)));
-        self.lost = if radius < parts(LOST) { self.lost.saturating_add(1) } else { 0 };
-        self.far = if radius > parts(FAR) { self.far.saturating_add(1) } else { 0 };
+        self.dips = self.dips.wrapping_add(u16::from(radius < self.part(DIPS)));
+        self.lost = if radius < self.part(LOST) { self.lost.saturating_add(1) } else { 0 };
+        self.far = if radius > self.part(FAR) { self.far.saturating_add(1) } else { 0 };
         if self.lost >= IN_A_ROW {
             return Some(SignalFault::Lost);
         }
@@ -320,10 +318,16 @@ impl Health {
         (odd > FAST_FAULT).then_some(SignalFault::Fast)
     }
 
-    /// Whether the last sample was long enough to have a phase.
+    /// Whether a vector of this length, with [`CODE_BITS`], is too short to have a phase.
     #[inline]
-    pub fn is_lost(&self) -> bool {
-        self.lost != 0
+    pub fn is_short(&self, radius: u32) -> bool {
+        radius >> CODE_BITS < self.part(LOST)
+    }
+
+    /// Sixteenths of the nominal radius: 2¹⁷ · 2⁵ fits a word.
+    #[inline]
+    fn part(&self, sixteenths: u32) -> u32 {
+        self.nominal.wrapping_mul(sixteenths) >> 4
     }
 
     #[inline]
