@@ -98,3 +98,36 @@ fn cost(row: &work::Row, cycles: &[u32], there: u32, here: u32) -> Result<Cost> 
         differs: (there != here).then(|| format!("{there:08x} there, {here:08x} here")),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_dearest_sample_is_named_and_another_hash_is_told() {
+        let cycles: Vec<u32> = (0..200).map(|number| (number * 77) % 200).collect();
+        let found = cost(&ROWS[0], &cycles, 7, 7).unwrap();
+        assert_eq!((found.samples, found.median, found.p99, found.worst), (200, 99, 197, 199));
+        assert_eq!((cycles[found.worst_at], found.differs), (199, None));
+        let differs = cost(&ROWS[0], &cycles, 7, 255).unwrap().differs;
+        assert_eq!(differs.as_deref(), Some("00000007 there, 000000ff here"));
+        assert!(cost(&ROWS[0], &[], 7, 7).is_err());
+    }
+
+    #[test]
+    fn rows_find_different_things_and_a_head_takes_new_ellipses() {
+        let mut hashes = here();
+        let rows = hashes.len();
+        hashes.sort_unstable();
+        hashes.dedup();
+        assert_eq!(hashes.len(), rows);
+        let (mut readings, mut taken) = (vec![Reading::NONE; SAMPLES], 0);
+        signals::fill(&mut readings);
+        let mut bench = Bench::new(&ROWS[0]);
+        bench.run(&readings, |head| {
+            let update = work::measured::head_update(head);
+            taken += u32::from(matches!(update, Some(abbe_core::sense::recursive::Update::Changed(_))));
+        });
+        assert!(taken > 0);
+    }
+}
