@@ -1,6 +1,6 @@
 //! `abbe home`.
 
-use super::{Answer, HERE, Wanted};
+use super::{Answer, HERE, Wanted, signals};
 use crate::cli::Home;
 use crate::failure::Failure;
 use crate::preset::Preset;
@@ -61,6 +61,7 @@ fn text(rig: &Rig, homings: &[[HomeReport; 2]]) -> String {
         }
         text.push('\n');
     }
+    text.push_str(signals::text(&rig.status()).trim_start());
     text
 }
 
@@ -83,5 +84,11 @@ fn document(rig: &Rig, homings: &[[HomeReport; 2]]) -> Value {
             "homings": each,
         })
     };
-    json!({ "homed": true, "x": axis(0), "y": axis(1), "simulated_s": rig.time_s() })
+    json!({
+        "homed": true,
+        "x": axis(0),
+        "y": axis(1),
+        "signals": signals::json(&rig.status()),
+        "simulated_s": rig.time_s(),
+    })
 }

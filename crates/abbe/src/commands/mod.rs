@@ -12,6 +12,7 @@ mod movement;
 mod record;
 mod replay;
 mod scan;
+mod signals;
 mod stitch;
 mod verify;
 

@@ -1,6 +1,6 @@
 //! `abbe move X Y`.
 
-use super::{Answer, HERE, Wanted};
+use super::{Answer, HERE, Wanted, signals};
 use crate::cli::Move;
 use crate::failure::Failure;
 use crate::preset::Preset;
@@ -14,9 +14,10 @@ pub(crate) fn run(preset: &Preset, seed: u64, asked: &Move) -> Result<Answer, Fa
     let [error_x, error_y] = rig.status().axes.map(|axis| axis.following_error.um());
     let text = format!(
         "arrived at x {x:.4} mm, y {y:.4} mm ({error_x:+.2} µm, {error_y:+.2} µm from the set-point); \
-         {:.3} s on the path, {:.0} ms to settle (with the dwell)",
+         {:.3} s on the path, {:.0} ms to settle (with the dwell){}",
         arrival.moved_s,
-        arrival.settle_s * 1e3
+        arrival.settle_s * 1e3,
+        signals::text(&rig.status())
     );
     let json = json!({
         "target_mm": [asked.x, asked.y],
@@ -24,6 +25,7 @@ pub(crate) fn run(preset: &Preset, seed: u64, asked: &Move) -> Result<Answer, Fa
         "following_error_um": [error_x, error_y],
         "moved_s": arrival.moved_s,
         "settle_s": arrival.settle_s,
+        "signals": signals::json(&rig.status()),
     });
     Ok(Answer { text, json })
 }
