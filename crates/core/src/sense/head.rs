@@ -203,6 +203,12 @@ impl Head {
         Periods((i64::from(turns) << 32).wrapping_add(part.cast_signed()))
     }
 
+    /// A block of samples has just been graded, or none was begun.
+    #[inline]
+    pub fn has_graded(&self) -> bool {
+        self.health.ends_block()
+    }
+
     /// What the last block of samples was like.
     pub fn report(&self) -> Report {
         self.health.report()
