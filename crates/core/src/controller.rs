@@ -670,10 +670,9 @@ impl Axis {
     #[cold]
     /// Counts may be missing after an encoder was lost, or when it was disturbed while nobody looked.
     fn doubt_the_zero(&mut self, found: Option<Fault>, on: bool) {
-        let lost = matches!(
-            found,
-            Some(Fault::EncoderLost { .. } | Fault::EncoderIllegal { .. } | Fault::Signal { .. })
-        );
+        // The signals may have failed in the tick of another fault, and for that tick only.
+        let lost = self.sense.now.signal.is_some()
+            || matches!(found, Some(Fault::EncoderLost { .. } | Fault::EncoderIllegal { .. }));
         if lost || (!on && self.sense.now.illegal > 0) {
             self.homed = false;
         }

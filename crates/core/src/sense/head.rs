@@ -128,7 +128,7 @@ impl Head {
     #[cold]
     fn begin_anew(&mut self, count: i64, phase: Phase) {
         self.join.begin_anew(count, phase);
-        self.unwrap = Unwrap::default();
+        self.unwrap = Unwrap::from(self.last);
     }
 
     #[inline]

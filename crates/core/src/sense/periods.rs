@@ -167,6 +167,11 @@ pub struct Followed {
 }
 
 impl Unwrap {
+    /// Goes on from a place where the head stands.
+    pub const fn from(place: Periods) -> Self {
+        Self { last: Some(place), speed: 0 }
+    }
+
     /// The position of the next sample.
     #[inline]
     pub fn next(&mut self, phase: Phase) -> Followed {
