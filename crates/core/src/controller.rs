@@ -669,6 +669,7 @@ impl Axis {
 
     #[cold]
     /// Counts may be missing after an encoder was lost, or when it was disturbed while nobody looked.
+    #[inline(never)]
     fn doubt_the_zero(&mut self, found: Option<Fault>, on: bool) {
         // The signals may have failed in the tick of another fault, and for that tick only.
         let lost = self.sense.now.signal.is_some()
