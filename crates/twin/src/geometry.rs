@@ -189,6 +189,24 @@ mod tests {
     }
 
     #[test]
+    fn with_y_carrying_x_the_deviation_is_the_other_error_model() {
+        let g = Geometry { y_carries_x: true, ..geometry() };
+        let mut noise = Noise::new(2, "places");
+        for _ in 0..100 {
+            let [x, y] = [noise.uniform(0.0, 1e5), noise.uniform(0.0, 1e5)];
+            let (a, px, py, pz, xc) = (20.0 / ARCSEC, 6e4, 6e4, 1e4, x - 5e4);
+            let (ecx, ebx, eax, eyx) =
+                (g.x.yaw.at(x), g.x.pitch.at(x), g.x.roll.at(x), g.x.straightness.at(x));
+            let (ecy, eay, eby, exy) =
+                (g.y.yaw.at(y), g.y.pitch.at(y), g.y.roll.at(y), g.y.straightness.at(y));
+            let dx = exy - ecx * py - ecy * py + ebx * pz + eby * pz;
+            let dy = eyx - a * xc + ecy * (xc + px) + ecx * px - eax * pz - eay * pz;
+            let [found_x, found_y] = g.deviation_um([x, y]);
+            assert!((found_x - dx).abs() < 1e-9 && (found_y - dy).abs() < 1e-9);
+        }
+    }
+
+    #[test]
     fn squareness_leans_the_y_axis() {
         let lean = geometry();
         let across = lean.deviation_um([50_000.0, 100_000.0])[0] - lean.deviation_um([50_000.0, 0.0])[0];

@@ -175,26 +175,36 @@ impl Scale {
     fn glide_to(&mut self, from_um: f64, clocks: u64) {
         let way = self.reading_um - from_um;
         let parts = (way.abs() * 24.0 / self.settings.grating_um) as u64 + 1;
-        let far = (self.count - self.index_count).abs() > INDEX_FAR_COUNTS;
+        let far = (self.true_count(self.reading_um) - self.index_count).abs() > INDEX_FAR_COUNTS;
         if far && !self.index_drawn {
             self.draw_index();
         }
         self.index_drawn = far;
         let clocks = clocks.saturating_sub(core::mem::take(&mut self.taken));
+        let mut before = self.lines_at(from_um);
         for part in 1..=parts {
             let reading = from_um + way * part as f64 / parts as f64;
-            let Some(head) = &mut self.head else { return };
-            let before = levels(self.count);
-            let now = head.compare(reading);
-            if now != before {
-                let place = |lines| (0..4).find(|&n| levels(n) == lines).unwrap_or(0);
-                self.count += [0, 1, 2, -1][(place(now) - place(before)).rem_euclid(4) as usize];
-                if self.connected {
-                    self.edge(self.clock + clocks * part / (parts + 1), self.lines());
-                }
+            self.compare(reading);
+            let now = self.lines_at(reading);
+            if self.connected && now != before {
+                self.edge(self.clock + clocks * part / (parts + 1), now);
             }
+            before = now;
         }
         self.clock += clocks;
+    }
+
+    /// Lets the comparators look, and follows them by a count.
+    fn compare(&mut self, reading_um: f64) {
+        let Some(head) = &mut self.head else { return };
+        let place = |lines| (0..4).find(|&n| levels(n) == lines).unwrap_or(0);
+        let turned = place(head.compare(reading_um)) - place(levels(self.count));
+        self.count += [0, 1, 2, -1][turned.rem_euclid(4) as usize];
+    }
+
+    /// The count in which a reading truly lies.
+    fn true_count(&self, reading_um: f64) -> i64 {
+        floor(reading_um / self.settings.count_um)
     }
 
     /// What the converter of an analogue head gives, the head going `um_s`.
@@ -212,11 +222,18 @@ impl Scale {
 
     /// The lines as they stand.
     pub fn lines(&self) -> Lines {
+        self.lines_at(self.reading_um)
+    }
+
+    /// The lines with the head at a reading. With an analogue head the mark is a place of the grating: comparators that have
+    /// lost their signal do not move it.
+    fn lines_at(&self, reading_um: f64) -> Lines {
         if !self.connected {
             return UNPLUGGED;
         }
         let (a, b) = levels(self.count);
-        Lines { a, b, z: self.count == self.index_count }
+        let at = if self.head.is_some() { self.true_count(reading_um) } else { self.count };
+        Lines { a, b, z: at == self.index_count }
     }
 
     /// From now on edges are remembered, until somebody takes them.

@@ -154,6 +154,26 @@ fn every_encoder_fault_cuts_the_drives_and_costs_the_zero() {
 }
 
 #[test]
+fn after_a_pulled_plug_the_stage_homes_to_the_same_place() {
+    let mut stage = Stage::homed(7);
+    stage.controller.command(Command::MoveTo([Pos::from_mm(6.0), Pos::from_mm(1.0)])).unwrap();
+    (0..4000).for_each(|_| stage.tick());
+    stage.twin.happen(Event::Encoder { axis: 0, connected: false });
+    stage.fault_within(100);
+    // It rolls on for a while, unseen.
+    (0..2000).for_each(|_| stage.tick());
+    stage.twin.happen(Event::Encoder { axis: 0, connected: true });
+    (0..2000).for_each(|_| stage.tick());
+    stage.controller.command(Command::Reset).unwrap();
+    stage.tick();
+    assert_eq!(stage.controller.status().state, State::Off, "{:?}", stage.controller.status().fault);
+    stage.work(Command::Home);
+    stage.go(2.0, 1.0);
+    let [x, y] = stage.twin.truth().slides_um;
+    assert!((x - 2000.0).abs() < 0.8 && (y - 1000.0).abs() < 0.8, "{x} {y} µm");
+}
+
+#[test]
 fn fading_light_is_graded_long_before_it_is_a_fault() {
     let mut stage = Stage::homed(5);
     stage.twin.happen(Event::Head { axis: 1, event: HeadEvent::Light(0.62) });
