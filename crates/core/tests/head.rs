@@ -5,10 +5,13 @@
 
 use abbe_core::edge::SinCos;
 use abbe_core::sense::ellipse::Ellipse;
-use abbe_core::sense::harmonics::Harmonics;
+use abbe_core::sense::harmonics::{Harmonics, Sweep};
 use abbe_core::sense::head::{Config, Head};
 use abbe_core::sense::health::{Findings, Grade, SignalFault};
 use abbe_core::sense::periods::Periods;
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
 
 /// nm.
@@ -28,27 +31,11 @@ const CONFIG: Config = Config {
     tracks: true,
 };
 
-struct Random(u64);
-
-impl Random {
-    /// `SplitMix64` (Steele, Lea, Flood, 2014).
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn normal(&mut self) -> f64 {
-        (0..4).map(|_| self.uniform() - 0.5).sum::<f64>() * 3_f64.sqrt()
-    }
-}
-
 /// A grating's signals: offsets +5 % and −3 %, gain 1.08, 4° from quadrature, 0.3 % noise, 14 bits.
 struct Grating {
-    random: Random,
+    random: Pcg64Mcg,
     amplitude: f64,
+    third: f64,
     noise: f64,
     /// Counts of the comparators, each with a hysteresis of 3 % of the amplitude.
     a: bool,
@@ -60,8 +47,9 @@ struct Grating {
 impl Grating {
     fn new(seed: u64, nm: f64) -> Self {
         let mut grating = Self {
-            random: Random(seed << 32),
+            random: Pcg64Mcg::seed_from_u64(seed),
             amplitude: 1.0,
+            third: 0.0,
             noise: 0.003,
             a: false,
             b: false,
@@ -75,10 +63,10 @@ impl Grating {
 
     fn signals(&self, nm: f64) -> [f64; 2] {
         let angle = nm / PERIOD * TAU;
-        [
-            self.amplitude * angle.cos() + 0.05,
-            self.amplitude * 1.08 * (angle + 4_f64.to_radians()).sin() - 0.03,
-        ]
+        let later = angle + 4_f64.to_radians();
+        let x = angle.cos() + self.third * (3.0 * angle).cos();
+        let y = later.sin() - self.third * (3.0 * later).sin();
+        [self.amplitude * x + 0.05, self.amplitude * 1.08 * y - 0.03]
     }
 
     /// The head goes to a place; the comparators see all that lies between.
@@ -105,7 +93,12 @@ impl Grating {
     fn sample(&mut self, nm: f64) -> SinCos {
         let [x, y] = self.signals(nm);
         let mut code = |value: f64| {
-            let code = ((value + self.noise * self.random.normal()) * RADIUS / 4.0).round() * 4.0;
+            let code = ((value
+                + self.noise * Distribution::<f64>::sample(&StandardNormal, &mut self.random))
+                * RADIUS
+                / 4.0)
+                .round()
+                * 4.0;
             code.clamp(-32_768.0, 32_764.0) as i16
         };
         SinCos { cos: code(x), sin: code(y) }
@@ -175,6 +168,59 @@ fn poor_signals_become_a_position_within_a_nanometre_at_5_and_at_50_mm_s() {
         assert!(rms < 0.6 && worst < 3.0, "{speed} mm/s: {rms} nm rms, worst {worst} nm");
         assert_eq!(run.head.report().grade(), Grade::Good, "{:?}", run.head.report());
     }
+}
+
+/// What is left inside a period, nm: the mean of each of 40 parts beside the mean of all, at its peak.
+fn inside_a_period(run: &mut Run, ticks: u32) -> f64 {
+    let mut parts = [[0.0; 2]; 40];
+    for _ in 0..ticks {
+        let (off, fault) = run.step(run.at + 31.7, true);
+        assert_eq!(fault, None);
+        let [number, sum] = &mut parts[((run.at / PERIOD).fract() * 40.0) as usize];
+        *number += 1.0;
+        *sum += off;
+    }
+    let means = parts.map(|[number, sum]| sum / number);
+    let all = means.iter().sum::<f64>() / 40.0;
+    means.iter().fold(0.0, |peak: f64, mean| peak.max((mean - all).abs()))
+}
+
+/// A third harmonic stays with the ellipse; a sweep teaches the table, and the table takes it off in the loop.
+#[test]
+fn a_learned_table_takes_a_third_harmonic_off_in_the_tick() {
+    let mut run = Run::new(21, CONFIG, 0.0);
+    run.grating.third = 0.01;
+    (0..6000).for_each(|_| _ = run.step(run.at + 31.7, true));
+    let untaught = inside_a_period(&mut run, 40_000);
+    let learned = *run.head.ellipse();
+    let mut still = Run::new(22, Config { ellipse: learned, tracks: false, ..CONFIG }, 0.0);
+    still.grating.third = 0.01;
+    let mut sweep = Sweep::default();
+    for _ in 0..40_000 {
+        still.grating.go(still.at, still.at + 31.7);
+        still.at += 31.7;
+        let sample = still.grating.sample(still.at);
+        sweep.add(still.head.read(Some(sample), still.grating.count, &still.config).position);
+    }
+    let (harmonics, _) = sweep.learn().unwrap();
+    let mut taught = Run::new(23, Config { ellipse: learned, harmonics, tracks: false, ..CONFIG }, 0.0);
+    taught.grating.third = 0.01;
+    let taught = inside_a_period(&mut taught, 40_000);
+    assert!((1.0..2.0).contains(&untaught) && taught <= 0.1, "{untaught} nm, with the table {taught} nm");
+}
+
+#[test]
+fn what_the_converter_cuts_off_does_not_bend_the_ellipse() {
+    let config = Config { ellipse: Ellipse::circle(1.45 * RADIUS), ..CONFIG };
+    let mut run = Run::new(31, config, 0.0);
+    run.grating.amplitude = 1.45;
+    (0..20_000).for_each(|_| _ = run.step(run.at + 31.7, true));
+    assert!(run.head.report().warn.and(run.head.report().fail).has(Findings::CLIPPED));
+    let found = run.head.ellipse();
+    assert!(
+        (1.0 / found.r - 1.08).abs() < 0.003 && (found.radius / RADIUS - 1.45).abs() < 0.005,
+        "{found:?}"
+    );
 }
 
 #[test]

@@ -116,7 +116,8 @@ impl Head {
         }
         // Gathering can wait for a tick that has nothing else to do: no tick does all that a tick may do.
         let busy = meets || self.health.ends_block();
-        if config.tracks && !self.ready && !busy {
+        // What the converter has cut off draws no ellipse.
+        if config.tracks && !self.ready && !busy && !seen.clipped {
             self.ready = self.gather.sample(sample, polar, self.nominal);
         }
         self.last = position;

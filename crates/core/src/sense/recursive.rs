@@ -150,34 +150,23 @@ impl Recursive {
 mod tests {
     use super::*;
     use core::f64::consts::TAU;
-
-    /// Noise without a crate: the sum of four uniform numbers has a variance of 1/3.
-    struct Random(u64);
-
-    impl Random {
-        /// `SplitMix64` (Steele, Lea, Flood, 2014).
-        fn uniform(&mut self) -> f64 {
-            self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-            let mut z = self.0;
-            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-            ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-        }
-
-        fn normal(&mut self) -> f64 {
-            (0..4).map(|_| self.uniform() - 0.5).sum::<f64>() * 3_f64.sqrt()
-        }
-    }
+    use rand::{Rng, SeedableRng};
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_pcg::Pcg64Mcg;
 
     const RADIUS: f64 = 22_000.0;
     const POOR: Ellipse =
         Ellipse { p: 0.05 * RADIUS, q: -0.03 * RADIUS, r: 1.0 / 1.08, alpha: -0.069_813, radius: RADIUS };
 
-    fn sample(ellipse: &Ellipse, turns: f64, noise: f64, random: &mut Random) -> SinCos {
-        let cos = ellipse.radius * (turns * TAU).cos() + ellipse.p + noise * RADIUS * random.normal();
+    fn normal(random: &mut impl Rng) -> f64 {
+        StandardNormal.sample(random)
+    }
+
+    fn sample(ellipse: &Ellipse, turns: f64, noise: f64, random: &mut impl Rng) -> SinCos {
+        let cos = ellipse.radius * (turns * TAU).cos() + ellipse.p + noise * RADIUS * normal(random);
         let sin = ellipse.radius / ellipse.r * (turns * TAU - ellipse.alpha).sin()
             + ellipse.q
-            + noise * RADIUS * random.normal();
+            + noise * RADIUS * normal(random);
         SinCos { sin: sin.round() as i16, cos: cos.round() as i16 }
     }
 
@@ -204,7 +193,7 @@ mod tests {
         turns: impl Iterator<Item = f64>,
         seed: u64,
     ) -> u32 {
-        let mut random = Random(seed << 32);
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
         let mut gather = Gather::new([0, 0], RADIUS as u16);
         let mut changed = 0;
         for turns in turns {
@@ -222,7 +211,7 @@ mod tests {
     fn batch(noise: f64, samples: u32) -> f64 {
         let mut left: Vec<f64> = (0..100)
             .map(|seed| {
-                let mut random = Random((seed + 1000) << 32);
+                let mut random = Pcg64Mcg::seed_from_u64(seed + 1000);
                 let all: Vec<[f64; 2]> = (0..samples)
                     .map(|k| sample(&POOR, f64::from(k) / 20.0 + 0.013, noise, &mut random))
                     .map(|s| [f64::from(s.cos), f64::from(s.sin)])
