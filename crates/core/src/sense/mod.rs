@@ -125,9 +125,10 @@ impl Sense {
         now.signal = read.fault;
         now.position = Pos::from_pm(Periods(read.position.way_from(self.zero)).pm(config.period_pm));
         if !config.counted {
-            // Quarters of a period are the counts that no counter counts.
+            // Quarters of a period are the counts that no counter counts; what a counter may have added is taken back.
+            let before = now.raw.get().wrapping_sub(i64::from(now.moved));
             let raw = Counts::new(read.position.0 >> 30);
-            now.moved = raw.get().wrapping_sub(now.raw.get()) as i32;
+            now.moved = raw.get().wrapping_sub(before) as i32;
             now.raw = raw;
             // The mark lies where the tick sees it.
             now.index = inputs.index.map(|_| raw);
@@ -184,6 +185,8 @@ impl Switch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::design::{Analogue, AxisSettings, Encoder, StageSettings};
+    use crate::edge::SinCos;
 
     const CONFIG: Config =
         Config { count_pm: 100_000, switch_press_ticks: 3, switch_release_ticks: 50, head: None };
@@ -222,6 +225,30 @@ mod tests {
         assert_eq!(sense.set_origin(Counts::new(30), &CONFIG, None), Pos::from_um(3.0));
         assert_eq!(read(&mut sense, &at(71)).position, Pos::from_um(4.1));
         assert_eq!(sense.now.raw, Counts::new(71));
+    }
+
+    /// A counter that counts something else, or nothing, must not show.
+    #[test]
+    fn without_a_counter_quarters_of_the_period_are_the_counts() {
+        let encoder = Encoder::Analogue(Analogue { counted: false, ..Analogue::default() });
+        let axis = AxisSettings { count_um: 0.2, encoder, ..AxisSettings::default() };
+        let stage = StageSettings { axes: [axis], ..StageSettings::<1>::default() }.build().unwrap();
+        let config = stage.axes[0].sense;
+        let (mut sense, mut head) = (Sense::default(), Head::new(&config.head.unwrap()));
+        let (mut travelled, mut began) = (0, None);
+        for tick in 0..400_u32 {
+            let angle = f64::from(tick) * 0.3;
+            let [sin, cos] = [angle.sin(), angle.cos()].map(|part| (24_000.0 * part) as i16);
+            let counter = tick.wrapping_mul(77);
+            let inputs = AxisInputs { counter, sin_cos: Some(SinCos { sin, cos }), ..AxisInputs::default() };
+            sense.read(&inputs, &config);
+            sense.read_head(&inputs, &config.head.unwrap(), &mut head);
+            travelled += i64::from(sense.now.moved);
+            let first = *began.get_or_insert(sense.now.raw.get() - travelled);
+            assert_eq!(first + travelled, sense.now.raw.get());
+            let quarters = (angle / core::f64::consts::FRAC_PI_2) as i64;
+            assert!((sense.now.raw.get() - quarters).abs() <= 1, "tick {tick}: {:?}", sense.now);
+        }
     }
 
     #[test]
