@@ -2,7 +2,6 @@
 
 use crate::failure::{Failure, one_line};
 use abbe_core::design::{Analogue, AxisSettings, Config, Encoder, Motor, StageSettings};
-use abbe_core::sense::harmonics::Harmonics;
 use abbe_mosaic::scan::Sense;
 use abbe_twin::Plant;
 use abbe_twin::plant::PresetError;
@@ -86,57 +85,17 @@ struct ControllerFile {
 
 /// `[controller.x.encoder]`: an axis without one is counted from square signals.
 #[derive(Deserialize)]
-#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
+#[serde(tag = "kind", rename_all = "lowercase")]
 enum EncoderFile {
     Digital,
-    Analogue {
-        period_um: f64,
-        amplitude: f64,
-        offset_cos: f64,
-        offset_sin: f64,
-        gain: f64,
-        phase_deg: f64,
-        #[serde(default)]
-        harmonics: [[f64; 2]; 8],
-        factor: u16,
-        sample_limit: f64,
-        count_limit: bool,
-        counted: bool,
-        track: bool,
-    },
+    Analogue(Analogue),
 }
 
 impl EncoderFile {
     fn settings(&self) -> Encoder {
         match *self {
             Self::Digital => Encoder::Digital,
-            Self::Analogue {
-                period_um,
-                amplitude,
-                offset_cos,
-                offset_sin,
-                gain,
-                phase_deg,
-                harmonics,
-                factor,
-                sample_limit,
-                count_limit,
-                counted,
-                track,
-            } => Encoder::Analogue(Analogue {
-                period_um,
-                amplitude,
-                offset_cos,
-                offset_sin,
-                gain,
-                phase_deg,
-                harmonics: Harmonics(harmonics),
-                factor,
-                sample_limit,
-                count_limit,
-                counted,
-                track,
-            }),
+            Self::Analogue(analogue) => Encoder::Analogue(analogue),
         }
     }
 }

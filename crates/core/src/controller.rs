@@ -598,9 +598,7 @@ impl<const N: usize> Controller<N> {
             self.publish_signals();
         }
     }
-}
 
-impl<const N: usize> Controller<N> {
     /// Once in a block of samples: to tell a grade in numbers takes divisions.
     #[inline(never)]
     fn publish_signals(&mut self) {
@@ -667,8 +665,8 @@ impl Axis {
         }
     }
 
-    #[cold]
     /// Counts may be missing after an encoder was lost, or when it was disturbed while nobody looked.
+    #[cold]
     #[inline(never)]
     fn doubt_the_zero(&mut self, found: Option<Fault>, on: bool) {
         // The signals may have failed in the tick of another fault, and for that tick only.

@@ -20,7 +20,7 @@ pub enum Encoder {
 
 /// An encoder with a sine and a cosine.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct Analogue {
     /// Signal period, µm; four times `count_um`.
     pub period_um: f64,
@@ -35,6 +35,7 @@ pub struct Analogue {
     /// By how much the sine leads a quarter of a period, degrees; −30 … 30.
     pub phase_deg: f64,
     /// What is left after these, by harmonics of the phase: parts of a period, cosine and sine, each ± 1/64 at most.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub harmonics: Harmonics,
     /// Steps of a period, 4 … 4096 (paper B: 160); 0: as fine as the samples are.
     pub factor: u16,
