@@ -9,6 +9,7 @@ use crate::encoder::signals::Signals;
 use crate::encoder::stretches::Agreed;
 use crate::encoder::survey::Coding;
 use abbe_core::sense::ellipse::Ellipse;
+use abbe_core::sense::harmonics::Harmonics;
 use clap::ValueEnum as _;
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
@@ -185,6 +186,7 @@ pub(crate) fn text(report: &Report<'_>) -> String {
         let sizes: Vec<String> =
             agreed.harmonics.sizes().iter().map(|size| format!("{:.3}", report.nm(*size))).collect();
         row("harmonics", format!("{} nm (the first first; taken off)", sizes.join(", ")));
+        row("for a preset", format!("harmonics = {}", pairs(&agreed.harmonics)));
     }
     motion(report, &mut row);
     for Finding { grade, what, reason } in &report.findings {
@@ -197,6 +199,13 @@ pub(crate) fn text(report: &Report<'_>) -> String {
         _ = writeln!(text, "→ {}", file.display());
     }
     text
+}
+
+/// Harmonics as `[controller.x.encoder]` takes them: cosine and sine of each, parts of a period.
+fn pairs(harmonics: &Harmonics) -> String {
+    let Harmonics(all) = harmonics;
+    let each: Vec<String> = all.iter().map(|[cos, sin]| format!("[{cos:.7}, {sin:.7}]")).collect();
+    format!("[{}]", each.join(", "))
 }
 
 fn motion(report: &Report<'_>, row: &mut impl FnMut(&str, String)) {
@@ -299,6 +308,7 @@ pub(crate) fn document(report: &Report<'_>) -> Value {
         })),
         "error_before": report.inside.before.as_ref().map(|(_, estimate)| error(estimate)),
         "error_after": report.inside.after.as_ref().ok().map(|(_, estimate)| error(estimate)),
+        "harmonics": report.agreed.map(|agreed| agreed.harmonics.0),
         "harmonics_nm": report.agreed.map(|agreed| agreed.harmonics.sizes().map(|size| report.nm(size))),
         "travel_um": report.um(trail.highest - trail.lowest),
         "way_um": report.um(trail.last - trail.first),

@@ -89,6 +89,9 @@ fn a_third_harmonic_is_seen_and_taken_off_by_the_table() {
         &[("/error_after/peak_nm", 0.0, 0.1), ("/harmonics_nm/3", 1.27, 0.1), ("/harmonics_nm/4", 0.0, 0.03)],
     );
     assert_eq!(table["error_after"]["from"], "halves");
+    // The same as a preset takes it: parts of a period.
+    let fourth = ["/harmonics/3/0", "/harmonics/3/1"].map(|place| figure(&table, place));
+    assert!((1e3 * PERIOD_UM * fourth[0].hypot(fourth[1]) - 1.27).abs() < 0.1, "{fourth:?}");
     // Against the truth: averaged in parts of the period, what is left does not depend on the phase.
     let (_, rows) = columns(dir.path(), "p.csv");
     let mut parts = [[0.0; 2]; 40];
