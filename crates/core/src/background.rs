@@ -4,6 +4,7 @@
 
 use crate::controller::Controller;
 use crate::plan::{Limits, LinePlan};
+use crate::sense::head::Head;
 use crate::units::Pos;
 
 /// Ticks from a request to the first set-point of its path: what a board needs for planning.
@@ -37,7 +38,8 @@ pub enum Done {
         /// Tick at which its path begins.
         start: u32,
     },
-    /// The samples of an analogue encoder went into its correction.
+    /// The samples of an analogue encoder went into its correction. They were gathered before, and none while they were
+    /// fitted: the tick of the hand-over alone decides what comes of it.
     Refined {
         /// Which axis.
         axis: usize,
@@ -53,7 +55,7 @@ pub fn advance<const N: usize>(controller: &mut Controller<N>) -> Option<Done> {
         return Some(Done::Plan { number: request.number, start });
     }
     let axis = controller.wants_refining()?;
-    controller.refine(axis);
+    refine(controller, axis);
     Some(Done::Refined { axis })
 }
 
@@ -66,7 +68,15 @@ pub fn repeat<const N: usize>(controller: &mut Controller<N>, done: Done) {
                 hand_over(controller, &request, start);
             }
         }
-        Done::Refined { axis } => controller.refine(axis),
+        Done::Refined { axis } => refine(controller, axis),
+    }
+}
+
+/// The fit needs no controller: where ticks do not wait, it is made beside them.
+fn refine<const N: usize>(controller: &mut Controller<N>, axis: usize) {
+    let refining = controller.head(axis).and_then(Head::refining);
+    if let Some(refined) = refining.map(|refining| refining.fit()) {
+        controller.take_refined(axis, refined);
     }
 }
 

@@ -12,7 +12,7 @@ use crate::machine::{Event, State, Stop, transition};
 use crate::plan::{LinePlan, Path, Ramp};
 use crate::publish::{AxisStatus, Fault, HomeReport, MoveReport, Outcome, Status};
 use crate::sense::Sense;
-use crate::sense::head::Head;
+use crate::sense::head::{Head, Refined};
 use crate::servo::IncrementalPid;
 use crate::units::Pos;
 use crate::wide;
@@ -37,6 +37,8 @@ struct Axis {
     place: Pos,
     homed: bool,
     home: HomeReport,
+    /// The side of the zero that counts: see [`Axis::pass_zero`].
+    is_below_zero: bool,
     illegal: u32,
     glitches: u32,
 }
@@ -239,14 +241,13 @@ impl<const N: usize> Controller<N> {
 
     /// An axis whose analogue encoder has gathered samples for its correction, if one has; see [`crate::background`].
     pub fn wants_refining(&self) -> Option<usize> {
-        self.heads.iter().position(|head| head.as_ref().is_some_and(Head::wants_update))
+        self.heads.iter().position(|head| head.as_ref().is_some_and(Head::wants_refining))
     }
 
-    /// Lets the correction of an axis learn from the samples that it has gathered: in floats, between two ticks. In force
-    /// with the next tick. Does nothing where none are ready.
-    pub fn refine(&mut self, axis: usize) {
+    /// Takes what a fit of [`Head::refining`] came to: between two ticks, in force with the next.
+    pub fn take_refined(&mut self, axis: usize, refined: Refined) {
         if let Some(head) = self.heads.get_mut(axis).and_then(Option::as_mut) {
-            _ = head.update();
+            head.take_refined(refined);
         }
     }
 
@@ -591,7 +592,9 @@ impl<const N: usize> Controller<N> {
     #[inline(never)]
     fn publish(&mut self) {
         let places = self.target.iter().zip(self.path.places());
-        for ((status, axis), (&target, &set_point)) in self.published.iter_mut().zip(&self.axes).zip(places) {
+        for ((status, axis), (&target, &set_point)) in
+            self.published.iter_mut().zip(&mut self.axes).zip(places)
+        {
             axis.publish(status, target, set_point);
         }
         if self.has_heads {
@@ -604,7 +607,7 @@ impl<const N: usize> Controller<N> {
     fn publish_signals(&mut self) {
         for (status, head) in self.published.iter_mut().zip(&self.heads) {
             if let Some(head) = head.as_ref().filter(|head| head.has_graded()) {
-                status.signals = Some(head.report());
+                status.signals = head.report();
             }
         }
     }
@@ -626,6 +629,7 @@ impl Axis {
             place: Pos::ZERO,
             homed: false,
             home: HomeReport::default(),
+            is_below_zero: false,
             illegal: 0,
             glitches: 0,
         }
@@ -739,15 +743,26 @@ impl Axis {
         self.set_point = self.map.as_ref().map_or(place, |map| map.scale_from_stage_near(place, near));
     }
 
-    fn publish(&self, status: &mut AxisStatus, target: Pos, set_point: Pos) {
+    /// The reading is on the other side of the zero: only a count beyond is it passed, or a stage that stands there would
+    /// pass it again and again. Before homing there is no zero to be passed, and homing moves it.
+    #[cold]
+    fn pass_zero(&mut self, reading: Pos, status: &mut AxisStatus) {
+        let known = status.homed && self.homed;
+        if known && wide::is_within(reading.pm(), i64::from(self.config.sense.count_pm)) {
+            return;
+        }
+        self.is_below_zero = reading.pm() < 0;
+        status.zero_crossings = status.zero_crossings.wrapping_add(u32::from(known));
+    }
+
+    fn publish(&mut self, status: &mut AxisStatus, target: Pos, set_point: Pos) {
         let reading = self.sense.now.position;
         let following_error = Pos::from_pm(self.set_point.way_from(reading));
         status.position = self.stage_from_scale(reading);
         status.set_point = set_point;
         status.target = target;
-        // Before homing there is no zero; homing itself moves the frame.
-        if status.homed && (status.reading.pm() ^ reading.pm()) < 0 {
-            status.zero_crossings = status.zero_crossings.wrapping_add(1);
+        if (reading.pm() < 0) != self.is_below_zero {
+            self.pass_zero(reading, status);
         }
         status.reading = reading;
         status.following_error = following_error;

@@ -237,8 +237,9 @@ pub struct AxisStatus {
     pub illegal: u32,
     /// Filtered pulses since power-on.
     pub glitches: u32,
-    /// How often the zero of the scale was passed since it is known (row B5); wraps. Whoever wants the event of a crossing
-    /// looks whether this has changed: one tick later at most.
+    /// How often the zero of the scale was passed since it is known (row B5), by more than a count, so that a stage that
+    /// rests on it does not pass it; wraps. Whoever wants the event of a crossing looks whether this has changed: one tick
+    /// later at most. The sign of `reading` tells the direction.
     pub zero_crossings: u32,
     /// How good the signals are, if they are analogue.
     pub signals: Option<Report>,

@@ -57,6 +57,18 @@ const fn mul_i32_i16_by_halves(a: i32, b: i16) -> i64 {
     ((high as i64) << 16).wrapping_add(low as i64)
 }
 
+/// `a · b`, exact.
+#[inline]
+pub const fn mul_u32_u16(a: u32, b: u16) -> u64 {
+    if MULTIPLIES_WIDE { (a as u64).wrapping_mul(b as u64) } else { mul_u32_u16_by_halves(a, b) }
+}
+
+#[inline]
+const fn mul_u32_u16_by_halves(a: u32, b: u16) -> u64 {
+    let (low, high) = ((a & 0xffff).wrapping_mul(b as u32), (a >> 16).wrapping_mul(b as u32));
+    ((high as u64) << 16).wrapping_add(low as u64)
+}
+
 /// `a · b`, its low 64 bits: exact while the product fits.
 #[inline]
 pub const fn mul_u64_u32(a: u64, b: u32) -> u64 {
@@ -189,6 +201,7 @@ mod tests {
             let (p, q) = (a as i32, b as i32);
             prop_assert_eq!(mul_i32_by_halves(p, q), i64::from(p) * i64::from(q));
             prop_assert_eq!(mul_i32_i16_by_halves(p, b as i16), i64::from(p) * i64::from(b as i16));
+            prop_assert_eq!(mul_u32_u16_by_halves(x, b as u16), u64::from(x) * u64::from(b as u16));
             prop_assert_eq!(leading_zeros_by_product(x | 1), (x | 1).leading_zeros());
             prop_assert_eq!(mul_u64_u32_by_halves(a as u64, y), (a as u64).wrapping_mul(u64::from(y)));
             prop_assert_eq!(mul_i64_i32_by_halves(a, q), a.wrapping_mul(i64::from(q)));

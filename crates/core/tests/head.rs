@@ -7,7 +7,7 @@ use abbe_core::edge::SinCos;
 use abbe_core::sense::ellipse::Ellipse;
 use abbe_core::sense::harmonics::{Harmonics, Sweep};
 use abbe_core::sense::head::{Config, Head};
-use abbe_core::sense::health::{Findings, Grade, SignalFault};
+use abbe_core::sense::health::{Findings, Grade, Report, SignalFault};
 use abbe_core::sense::periods::Periods;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -105,11 +105,13 @@ impl Grating {
     }
 }
 
-/// Smooth motion within a speed: nm, tick by tick.
+/// Smooth motion within a speed, from a standstill: nm, tick by tick.
 fn motion(speed_mm_s: f64) -> impl Fn(u32) -> f64 {
     // Two incommensurate swings; the second keeps reversals from falling on the same places.
     move |tick| {
-        let t = f64::from(tick) * TICK;
+        // Time passes slower at first: no stage has its speed at once.
+        let (ticks, slow) = (f64::from(tick), 1000.0);
+        let t = TICK * if ticks < slow { ticks * ticks / slow / 2.0 } else { ticks - slow / 2.0 };
         let (slow, fast) = (3.1, 17.3);
         let size = speed_mm_s * 1e6 / TAU / 2.0;
         size / slow * (slow * t * TAU).sin() + size / fast * (fast * t * TAU).sin()
@@ -129,6 +131,10 @@ impl Run {
         Self { grating: Grating::new(seed, nm), head: Head::new(&config), config, zero: None, at: nm }
     }
 
+    fn report(&self) -> Report {
+        self.head.report().unwrap()
+    }
+
     /// Goes there and samples: what the head makes of it, off by so many nm from the first.
     fn step(&mut self, to: f64, sampled: bool) -> (f64, Option<SignalFault>) {
         self.grating.go(self.at, to);
@@ -141,7 +147,9 @@ impl Run {
         let read = self.head.read(sample, self.grating.count, &self.config);
         let off = Periods(read.position.0).pm(self.config.period_pm) as f64 / 1e3 - self.at;
         let zero = *self.zero.get_or_insert((off / PERIOD).round() * PERIOD);
-        self.head.update();
+        if let Some(refining) = self.head.refining() {
+            self.head.take_refined(refining.fit());
+        }
         (off - zero, read.fault)
     }
 }
@@ -166,7 +174,7 @@ fn poor_signals_become_a_position_within_a_nanometre_at_5_and_at_50_mm_s() {
         println!("{speed} mm/s: {rms:.2} nm rms, worst {worst:.2} nm");
         // Noise of 0.3 % alone is 0.4 nm rms.
         assert!(rms < 0.6 && worst < 3.0, "{speed} mm/s: {rms} nm rms, worst {worst} nm");
-        assert_eq!(run.head.report().grade(), Grade::Good, "{:?}", run.head.report());
+        assert_eq!(run.report().grade(), Grade::Good, "{:?}", run.report());
     }
 }
 
@@ -215,7 +223,7 @@ fn what_the_converter_cuts_off_does_not_bend_the_ellipse() {
     let mut run = Run::new(31, config, 0.0);
     run.grating.amplitude = 1.45;
     (0..20_000).for_each(|_| _ = run.step(run.at + 31.7, true));
-    assert!(run.head.report().warn.and(run.head.report().fail).has(Findings::CLIPPED));
+    assert!(run.report().warn.and(run.report().fail).has(Findings::CLIPPED));
     let found = run.head.ellipse();
     assert!(
         (1.0 / found.r - 1.08).abs() < 0.003 && (found.radius / RADIUS - 1.45).abs() < 0.005,
@@ -279,7 +287,7 @@ fn a_pulled_plug_dirt_clipping_and_lost_counts_are_found_before_the_position_is_
                 }
                 worst = worst.max(off.abs());
             }
-            panic!("seed {seed}: never found; {:?}", run.head.report());
+            panic!("seed {seed}: never found; {:?}", run.report());
         };
         // No light: within three samples, and the position stands still meanwhile (4 mm/s are 400 nm a tick).
         let (after, fault, _) = spoil(&|run| run.grating.amplitude = 0.02);
@@ -309,7 +317,7 @@ fn a_pulled_plug_dirt_clipping_and_lost_counts_are_found_before_the_position_is_
 #[test]
 fn after_lost_counts_the_head_goes_on_from_where_it_is() {
     let path = motion(1.0);
-    for lost in [-3, -2, -1, 1, 2, 3, 5] {
+    for lost in [-8, -5, -4, -3, -2, -1, 1, 2, 3, 4, 5, 8, 12] {
         let mut run = Run::new(13, CONFIG, 0.0);
         let mut faults = 0;
         for tick in 0..30_000 {
@@ -320,11 +328,12 @@ fn after_lost_counts_the_head_goes_on_from_where_it_is() {
             faults += u32::from(fault.is_some());
             // Off by whole periods, no more than the counts that were lost.
             assert!((off - (off / PERIOD).round() * PERIOD).abs() < 40.0, "{lost}, tick {tick}: {off} nm");
-            assert!(off.abs() < 1700.0, "{lost}, tick {tick}: {off} nm");
+            let periods = (lost.unsigned_abs() / 4 + 1) as f64;
+            assert!(off.abs() < periods * PERIOD + 40.0, "{lost}, tick {tick}: {off} nm");
         }
         // None is silent, not even a single one; and a fault does not go on when nothing is lost any more.
         assert!((1..5).contains(&faults), "{lost}: {faults} faults");
-        assert_eq!(run.head.report().fail, Findings::NONE);
+        assert_eq!(run.report().fail, Findings::NONE);
     }
 }
 
@@ -334,12 +343,48 @@ fn missed_samples_are_bridged_by_the_count_and_too_many_are_a_fault() {
     let mut run = Run::new(9, CONFIG, 0.0);
     for tick in 0..20_000 {
         let (off, fault) = run.step(path(tick), tick % 50 != 7 && tick % 50 != 8 && tick % 50 != 9);
-        // The count knows a quarter of a period.
-        assert!(fault.is_none() && off.abs() < 240.0, "tick {tick}: {off} nm, {fault:?}");
+        // It went on as before, within what the count says: 0.3 m/s² are not expected.
+        assert!(fault.is_none() && off.abs() < 60.0, "tick {tick}: {off} nm, {fault:?}");
     }
-    assert!(run.head.report().warn.has(Findings::MISSED), "{:?}", run.head.report());
+    assert!(run.report().warn.has(Findings::MISSED), "{:?}", run.report());
     let faults: Vec<_> = (20_000..20_012).map(|tick| run.step(path(tick), false).1).collect();
     assert_eq!(faults.iter().position(Option::is_some), Some(8), "{faults:?}");
+}
+
+/// Counts that are lost by whole periods leave count and phase as they were, at any speed and at none.
+#[test]
+fn whole_periods_lost_between_two_samples_are_told_in_the_third() {
+    for speed in [0.0, 0.01, 0.8, 5.0, 8.0, 50.0] {
+        for (seed, lost) in [-8, -4, 4, 8, 40].into_iter().enumerate() {
+            let path = motion(speed);
+            let mut run = Run::new(seed as u64, CONFIG, 0.0);
+            let from = 3000 + 171 * seed as u32;
+            let found = (0..from + 100).find_map(|tick| {
+                if tick == from {
+                    run.grating.count += lost;
+                }
+                Some((tick, run.step(path(tick), true).1?))
+            });
+            assert_eq!(found, Some((from + 2, SignalFault::Slipped)), "{speed} mm/s, {lost} counts");
+        }
+    }
+}
+
+/// At 8 mm/s a sample has gone ten periods of 0.8 µm since the last, and its phase seems to stand still.
+#[test]
+fn samples_of_a_fast_motion_are_not_gathered_whatever_their_phase() {
+    for (mm_s, learns) in [(0.8, true), (7.9, false), (8.1, false), (16.1, false)] {
+        let mut run = Run::new(41, CONFIG, 0.0);
+        let speed = mm_s * 1e6 * TICK;
+        let (mut at, mut now) = (0.0, 0.0);
+        for _ in 0..40_000 {
+            now = f64::min(now + 5.0, speed);
+            at += now;
+            run.step(at, true);
+        }
+        // On the way up to its speed it is slow for a few periods.
+        assert_eq!(*run.head.ellipse() != CONFIG.ellipse, learns, "{mm_s} mm/s");
+    }
 }
 
 #[test]
@@ -348,7 +393,7 @@ fn saturation_and_dirt_are_graded() {
         let mut run = Run::new(11, CONFIG, 0.0);
         run.grating.amplitude = amplitude;
         let fault = (0..3000).find_map(|tick| run.step(f64::from(tick) * 41.0, true).1);
-        (run.head.report(), fault)
+        (run.report(), fault)
     };
     let (dirty, fault) = grade(0.6);
     assert!(fault.is_none() && dirty.warn.has(Findings::WEAK), "{dirty:?}");

@@ -135,6 +135,26 @@ fn done_means_measured() {
 }
 
 #[test]
+fn a_stage_that_trembles_on_the_zero_has_passed_it_once() {
+    let mut bench = Bench::homed();
+    bench.go(0.01, 0.01);
+    let crossings = |bench: &Bench| bench.status().axes[0].zero_crossings;
+    let before = crossings(&bench);
+    bench.go(0.0, 0.0);
+    for tick in 0..200 {
+        bench.plant.offset_pm = if tick % 2 == 0 { 60_000 } else { -60_000 };
+        bench.tick();
+    }
+    assert_eq!(crossings(&bench), before);
+    let mut pushed = |um: i64| {
+        bench.plant.offset_pm = um * 1_000_000;
+        (0..3).for_each(|_| bench.tick());
+        crossings(&bench) - before
+    };
+    assert_eq!([-1, 1, 2, -3].map(&mut pushed), [1, 2, 2, 3]);
+}
+
+#[test]
 fn busy_holds_from_the_instant_of_the_request() {
     let mut bench = Bench::homed();
     let asked = Command::MoveTo([Pos::from_mm(3.0); 2]);

@@ -69,7 +69,7 @@ pub(crate) struct Tally {
     pub(crate) late: u32,
 }
 
-const CASES: [Case; 12] = [
+const CASES: [Case; 13] = [
     case("nothing", What::Nothing, Notice::Never, 0),
     case("plug pulled", What::Pulled, Notice::Fault(&[SignalFault::Lost]), 3),
     case("light gone to 15 %", What::Head(HeadEvent::Light(0.15)), Notice::Fault(&[SignalFault::Lost]), 3),
@@ -86,9 +86,12 @@ const CASES: [Case; 12] = [
     case("cosine stands still", What::Head(HeadEvent::Stuck([true, false])), STUCK, LONGEST),
     case("no samples", What::Head(HeadEvent::NoSamples(true)), Notice::Fault(&[SignalFault::Missed]), 9),
     case("two counts lost", What::Lost(2), Notice::Fault(&[SignalFault::Disagrees]), 1),
+    case("four counts lost", What::Lost(4), Notice::Fault(&[SignalFault::Slipped]), 3),
     case("too fast to follow", What::Jerked, Notice::Fault(&[SignalFault::Fast]), 1),
 ];
-const STUCK: Notice = Notice::Fault(&[SignalFault::Disagrees, SignalFault::Lost, SignalFault::OffCircle]);
+/// A phase that is half a lie comes out in many ways.
+const STUCK: Notice =
+    Notice::Fault(&[SignalFault::Disagrees, SignalFault::Lost, SignalFault::OffCircle, SignalFault::Slipped]);
 
 const fn case(name: &'static str, what: What, notice: Notice, within: u32) -> Case {
     Case { name, what, notice, within }
@@ -158,7 +161,9 @@ impl Bench {
         }
         let sample = self.scale.sample(um_s);
         let read = self.head.read(sample, self.count, &self.config);
-        self.head.update();
+        if let Some(refining) = self.head.refining() {
+            self.head.take_refined(refining.fit());
+        }
         let off = read.position.pm(self.config.period_pm) as f64 * 1e-6 - self.scale.position_um();
         if tick == LEARNS {
             self.zero_um = Some(off);
@@ -194,7 +199,7 @@ fn run(case: &Case, plant: &Plant, seed: u32) -> Result<(u32, f64), Wrong> {
             bench.happen(case.what);
         }
         let (fault, off) = bench.tick(tick);
-        let report = bench.head.report();
+        let report = bench.head.report().unwrap_or_default();
         let (found, since) = (report.warn.and(report.fail), tick.wrapping_sub(begins).wrapping_add(1));
         if tick < begins {
             // Until it has learned, its offsets are findings, and rightly.

@@ -120,7 +120,7 @@ pub(crate) fn text(report: &Report<'_>) -> String {
         asked.samples.display(),
         report.trail.samples,
         asked.period_um,
-        health::grade(&report.findings).word()
+        health::word(health::grade(&report.findings))
     );
     let mut row = |name: &str, words: String| _ = writeln!(text, "  {name:<14}{words}");
     let shape = report.shape(&report.learned.signals);
@@ -190,7 +190,7 @@ pub(crate) fn text(report: &Report<'_>) -> String {
     }
     motion(report, &mut row);
     for Finding { grade, what, reason } in &report.findings {
-        _ = writeln!(text, "\n{}: {what}: {reason}", grade.word());
+        _ = writeln!(text, "\n{}: {what}: {reason}", health::word(*grade));
     }
     for note in report.notes() {
         _ = writeln!(text, "\nnote: {note}");
@@ -318,7 +318,7 @@ pub(crate) fn document(report: &Report<'_>) -> Value {
         "aliasing_limit_nm": report.nm(0.5),
         "cut_off": { "a": report.learned.cut[0], "b": report.learned.cut[1] },
         "kept_by_filter": report.learned.kept,
-        "grade": health::grade(&report.findings),
+        "grade": health::grade(&report.findings).to_string(),
         "findings": report.findings,
         "notes": report.notes(),
         "positions": asked.positions,

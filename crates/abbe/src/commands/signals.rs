@@ -3,6 +3,7 @@
 use abbe_core::Status;
 use abbe_core::sense::health::Report;
 use serde_json::{Value, json};
+use std::f64::consts::FRAC_2_SQRT_PI;
 use std::fmt::Write as _;
 
 /// Parts in which a report counts amplitude and noise.
@@ -49,9 +50,9 @@ fn amplitude(report: Report) -> f64 {
     f64::from(report.amplitude) / AMPLITUDE
 }
 
-/// Mean change of the radius from sample to sample, part of it.
+/// Of a channel, rms part of the amplitude: the radius changes by 2/√π of it from sample to sample in the mean.
 fn noise(report: Report) -> f64 {
-    f64::from(report.noise) / NOISE
+    f64::from(report.noise) / NOISE / FRAC_2_SQRT_PI
 }
 
 #[cfg(test)]

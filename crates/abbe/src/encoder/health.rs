@@ -1,83 +1,48 @@
-//! Grades of a pair of signals, each with its reason.
-//!
-//! The bounds are ours. An offset of 10 % of the amplitude is 12.7 nm of 0.8 µm before correction, a quadrature error of
-//! 5° 5.6 nm: beyond such, something is out of adjustment even though the fit takes it off. Noise is compared with
-//! the position, 1 % of the amplitude being 0.16 % of a period.
+//! Grades of a pair of signals, each with its reason. Wherever the tick grades the same figure, the bounds are the
+//! tick's: [`abbe_core::sense::health`].
 
 use super::follow::{PARTS, Trail};
 use super::method::Learned;
 use super::signals::Signals;
 use abbe_core::sense::ellipse::Ellipse;
-use serde::Serialize;
+use abbe_core::sense::health::{
+    Bounds, CLIPPED, GAIN, Grade, NOISE, OFFSET, QUADRATURE_DEG, SURPRISE, Shape, WEAKNESS,
+};
+use serde::{Serialize, Serializer};
+use std::f64::consts::TAU;
 
-/// How good a pair of signals is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum Grade {
-    Good,
-    Warn,
-    Fail,
+/// A grade that must be seen.
+pub(crate) fn word(grade: Grade) -> String {
+    let word = grade.to_string();
+    if grade == Grade::Fail { word.to_uppercase() } else { word }
 }
 
-impl Grade {
-    /// As a word.
-    pub(crate) fn word(self) -> &'static str {
-        match self {
-            Self::Good => "good",
-            Self::Warn => "warn",
-            Self::Fail => "FAIL",
-        }
-    }
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "as serde asks")]
+fn as_text<S: Serializer>(grade: &Grade, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(grade)
 }
 
 /// One thing that is not good.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Finding {
+    #[serde(serialize_with = "as_text")]
     pub(crate) grade: Grade,
     pub(crate) what: &'static str,
     pub(crate) reason: String,
 }
 
-/// From where on a figure is no longer good, and from where on it fails.
-struct Bounds {
-    what: &'static str,
-    warn: f64,
-    fail: f64,
+/// Grades a figure; none when it is good.
+fn judge(what: &'static str, bounds: Bounds, value: f64, reason: impl FnOnce() -> String) -> Option<Finding> {
+    let grade = bounds.grade(value);
+    (grade != Grade::Good).then(|| Finding { grade, what, reason: reason() })
 }
 
-impl Bounds {
-    fn judge(&self, value: f64, reason: impl FnOnce() -> String) -> Option<Finding> {
-        let grade = if value > self.fail {
-            Grade::Fail
-        } else if value > self.warn {
-            Grade::Warn
-        } else {
-            return None;
-        };
-        Some(Finding { grade, what: self.what, reason: reason() })
-    }
-}
-
-/// Part of the amplitude.
-const OFFSET: Bounds = Bounds { what: "offset", warn: 0.10, fail: 0.30 };
-/// Larger amplitude over the smaller, less one.
-const GAIN: Bounds = Bounds { what: "gain", warn: 0.10, fail: 0.35 };
-/// Degrees.
-const QUADRATURE: Bounds = Bounds { what: "quadrature", warn: 5.0, fail: 15.0 };
-/// Distance from the ellipse, rms part of its radius.
-const SCATTER: Bounds = Bounds { what: "amplitude scatter", warn: 0.03, fail: 0.10 };
-/// What a weak patch lacks of the radius.
-const WEAK: Bounds = Bounds { what: "contamination", warn: 0.15, fail: 0.50 };
-/// Part of the samples.
-const SATURATION: Bounds = Bounds { what: "saturation", warn: 0.0, fail: 0.01 };
-/// Rms part of a period.
-const NOISE: Bounds = Bounds { what: "noise", warn: 0.003, fail: 0.02 };
-/// Part of half a period.
-const ALIASING: Bounds = Bounds { what: "speed", warn: 0.5, fail: 0.8 };
+/// Distance from the ellipse, rms part of its radius: more than noise, the signals are no ellipse.
+const SCATTER: Bounds = Bounds { warn: 0.03, fail: 0.10 };
 /// Parts of the period that were not seen.
-const COVERAGE: Bounds = Bounds { what: "coverage", warn: 0.0, fail: PARTS as f64 / 4.0 };
+const COVERAGE: Bounds = Bounds { warn: 0.0, fail: PARTS as f64 / 4.0 };
 /// What an amplitude lacks of full scale.
-const SMALL: Bounds = Bounds { what: "small signal", warn: 0.6, fail: 0.9 };
+const SMALL: Bounds = Bounds { warn: 0.6, fail: 0.9 };
 
 /// All that is not good, the worst first.
 pub(crate) fn findings(signals: &Signals<'_>, learned: &Learned, trail: &Trail) -> Vec<Finding> {
@@ -87,39 +52,57 @@ pub(crate) fn findings(signals: &Signals<'_>, learned: &Learned, trail: &Trail) 
     let percent = |part: f64| 100.0 * part;
     let [offset_a, offset_b] = offsets(ellipse, signals.scale.zero);
     let biased = is_biased(signals, ellipse);
-    let offset = if biased { 0.0 } else { offset_a.abs().max(offset_b.abs()) };
-    let gain = ellipse.r.max(1.0 / ellipse.r) - 1.0;
-    let degrees = ellipse.alpha.to_degrees().abs();
+    let [p, q] = signals.scale.zero;
+    let shape = Shape::of(&Ellipse { p: ellipse.p - p, q: ellipse.q - q, ..*ellipse });
+    let offset = if biased { 0.0 } else { shape.offset };
     let scatter = trail.radius.deviation();
     let weak = if trail.weakest.is_finite() { 1.0 - trail.weakest } else { 0.0 };
+    // Of the phase: a period is 2π amplitudes long.
     let noise = trail.noise();
-    let surprise = 2.0 * trail.largest_surprise;
+    let surprise = trail.largest_surprise;
     let missing = PARTS - trail.parts_seen();
     let small = signals.survey.converter.map_or(0.0, |converter| {
         let [low, high] = converter.ends();
         1.0 - ellipse.radius.max(ellipse.radius / ellipse.r) / ((high - low) / 2.0)
     });
     let all = [
-        SATURATION.judge(cut as f64 / samples, || {
-            format!("{cut} samples ({:.2} %) are cut off at the end of the range; the fit leaves them out, their positions are wrong", percent(cut as f64 / samples))
+        judge("saturation", CLIPPED, cut as f64 / samples, || {
+            format!(
+                "{cut} samples ({:.2} %) are cut off at the end of the range; the fit leaves them out, their positions are wrong",
+                percent(cut as f64 / samples)
+            )
         }),
-        SCATTER.judge(scatter, || {
+        judge("amplitude scatter", SCATTER, scatter, || {
             format!("samples lie {:.1} % rms of the amplitude from the ellipse", percent(scatter))
         }),
-        WEAK.judge(weak, || {
-            format!("the signals fall to {:.0} % of their amplitude somewhere: dirt, or a damaged grating", percent(1.0 - weak))
+        judge("contamination", WEAKNESS, weak, || {
+            format!(
+                "the signals fall to {:.0} % of their amplitude somewhere: dirt, or a damaged grating",
+                percent(1.0 - weak)
+            )
         }),
-        OFFSET.judge(offset, || {
+        judge("offset", OFFSET, offset, || {
             format!("offsets of {:+.1} % and {:+.1} % of the amplitude", percent(offset_a), percent(offset_b))
         }),
-        GAIN.judge(gain, || format!("the amplitudes differ by {:.1} %", percent(gain))),
-        QUADRATURE.judge(degrees, || format!("the channels are {degrees:.1}° from quadrature")),
-        NOISE.judge(noise, || format!("noise of {:.2} % rms of a period", percent(noise))),
-        ALIASING.judge(surprise, || {
-            format!("a sample lies {:.0} % of half a period from where it was expected; beyond 100 % periods are lost: sample faster, or go slower", percent(surprise))
+        judge("gain", GAIN, shape.gain, || {
+            format!("the amplitudes differ by {:.1} %", percent(shape.gain - 1.0))
         }),
-        COVERAGE.judge(missing as f64, || format!("{missing} of {PARTS} parts of the period hold no sample; there the fit is a guess")),
-        SMALL.judge(small, || format!("the amplitude is {:.0} % of the converter's full scale", percent(1.0 - small))),
+        judge("quadrature", QUADRATURE_DEG, shape.quadrature_deg, || {
+            format!("the channels are {:.1}° from quadrature", shape.quadrature_deg)
+        }),
+        judge("noise", NOISE, TAU * noise, || format!("noise of {:.2} % rms of a period", percent(noise))),
+        judge("speed", SURPRISE, surprise, || {
+            format!(
+                "a sample lies {:.0} % of half a period from where it was expected; beyond 100 % periods are lost: sample faster, or go slower",
+                percent(2.0 * surprise)
+            )
+        }),
+        judge("coverage", COVERAGE, missing as f64, || {
+            format!("{missing} of {PARTS} parts of the period hold no sample; there the fit is a guess")
+        }),
+        judge("small signal", SMALL, small, || {
+            format!("the amplitude is {:.0} % of the converter's full scale", percent(1.0 - small))
+        }),
     ];
     let mut all: Vec<Finding> = all.into_iter().flatten().collect();
     all.sort_by_key(|finding| std::cmp::Reverse(finding.grade));

@@ -7,8 +7,9 @@ use crate::failure::Failure;
 use abbe_core::sense::ellipse::{Ellipse, FitError};
 use abbe_core::sense::moments::Moments;
 use abbe_core::sense::peaks::Peaks;
+use abbe_core::sense::periods::Unwrap;
 use abbe_core::sense::phase::Phase;
-use abbe_core::sense::recursive::{Gather, Recursive, Update};
+use abbe_core::sense::recursive::{FASTEST, Gather, Recursive, Update};
 
 /// A turn counts beyond this part of the way between the extremes.
 const HYSTERESIS: f64 = 0.1;
@@ -42,6 +43,8 @@ pub(crate) enum Corrector {
 pub(crate) struct Runner {
     recursive: Recursive,
     gather: Gather,
+    /// Samples of a slow motion alone are gathered.
+    way: Unwrap,
     first: Option<Recursive>,
 }
 
@@ -158,13 +161,14 @@ impl Runner {
         let ellipse = recursive.ellipse();
         let centre = [ellipse.p, ellipse.q].map(|offset| offset.round() as i16);
         let gather = Gather::new(centre, ellipse.radius.round() as u16);
-        Self { recursive, gather, first: None }
+        Self { recursive, gather, way: Unwrap::default(), first: None }
     }
 
     fn sample(&mut self, codes: [f64; 2]) -> Phase {
         let sample = whole_codes(codes);
         let polar = self.recursive.correction().polar(sample);
-        if self.gather.sample(sample, polar, self.recursive.nominal()) {
+        self.way.next(polar.phase);
+        if self.way.is_slower_than(FASTEST) && self.gather.sample(sample, polar, self.recursive.nominal()) {
             let update = self.recursive.update(&self.gather.take().moments());
             if !matches!(update, Update::Refused(_)) {
                 self.first.get_or_insert(self.recursive);

@@ -11,7 +11,7 @@ mod work;
 use signals::{Reading, SAMPLES};
 use std::f64::consts::TAU;
 use std::time::Instant;
-use work::{Bench, ROWS, UPDATE, Work, measured};
+use work::{Bench, ROWS, Work, measured, refine};
 
 /// Every row is run so often; the fastest run is the least disturbed.
 const TIMES: usize = 2001;
@@ -20,29 +20,35 @@ fn main() {
     let mut readings = vec![Reading::NONE; SAMPLES];
     signals::fill(&mut readings);
     println!("| work | this machine, ns | largest error of the angle, 10⁻⁹ of a period |\n|---|---:|---:|");
-    let mut updates = Vec::new();
+    // Of the rows that are done while heads are read.
+    let mut between = vec![Vec::new(); ROWS.len()];
     for (number, row) in ROWS.iter().enumerate() {
-        let ns =
-            if number == UPDATE { fastest(&updates) } else { nanoseconds_of(row, &readings, &mut updates) };
+        let ns = match row.work {
+            Work::Refine => fastest(&between[number]),
+            _ => nanoseconds_of(row, &readings, &mut between),
+        };
         println!("| {} | {ns:.1} | {} |", row.name, error(row.work));
     }
 }
 
 /// Of a sample.
-fn nanoseconds_of(row: &work::Row, readings: &[Reading], updates: &mut Vec<f64>) -> f64 {
+fn nanoseconds_of(row: &work::Row, readings: &[Reading], between: &mut [Vec<f64>]) -> f64 {
     let runs: Vec<f64> = (0..TIMES)
         .map(|_| {
             let mut bench = Bench::new(row);
-            let mut between = 0.0;
+            let mut not_reading = 0.0;
             let began = Instant::now();
             std::hint::black_box(bench.run(readings, |head| {
                 let began = Instant::now();
-                _ = std::hint::black_box(measured::head_update(head));
-                let took = nanoseconds_since(began);
-                updates.push(took);
-                between += took;
+                let mut pieces = Vec::with_capacity(4);
+                refine(head, |row| pieces.push((row, Instant::now())));
+                let ends = pieces.iter().skip(1).map(|(_, end)| *end).chain([Instant::now()]);
+                for ((row, begin), end) in pieces.iter().zip(ends) {
+                    between[*row].push((end - *begin).as_secs_f64() * 1e9);
+                }
+                not_reading += nanoseconds_since(began);
             }));
-            (nanoseconds_since(began) - between) / readings.len() as f64
+            (nanoseconds_since(began) - not_reading) / readings.len() as f64
         })
         .collect();
     fastest(&runs)
@@ -70,7 +76,7 @@ fn error(work: Work) -> String {
         Work::Subdivide(factor) => {
             table.as_ref().map(|table| f64::from(measured::subdivide(table, sin, cos)) / f64::from(factor))
         }
-        Work::Nothing | Work::Head { .. } | Work::Update | Work::Straighten => None,
+        Work::Nothing | Work::Head { .. } | Work::Refine | Work::Straighten => None,
     };
     let off = |number: u32| {
         let angle = f64::from(number) / f64::from(ANGLES) * TAU;

@@ -12,9 +12,8 @@ use core::hint::black_box;
 pub(crate) mod measured {
     use abbe_core::edge::SinCos;
     use abbe_core::sense::correct::Correction;
-    use abbe_core::sense::head::{Config, Head, Read};
+    use abbe_core::sense::head::{Config, Head, Read, Refined, Refining};
     use abbe_core::sense::phase::{Polar, polar};
-    use abbe_core::sense::recursive::Update;
     use abbe_core::sense::subdivide::Subdivider;
 
     #[inline(never)]
@@ -28,8 +27,18 @@ pub(crate) mod measured {
     }
 
     #[inline(never)]
-    pub(crate) fn head_update(head: &mut Head) -> Option<Update> {
-        head.update()
+    pub(crate) fn head_refining(head: &Head) -> Option<Refining> {
+        head.refining()
+    }
+
+    #[inline(never)]
+    pub(crate) fn fit(refining: &Refining) -> Refined {
+        refining.fit()
+    }
+
+    #[inline(never)]
+    pub(crate) fn head_take_refined(head: &mut Head, refined: Refined) {
+        head.take_refined(refined);
     }
 
     #[inline(never)]
@@ -78,8 +87,8 @@ pub(crate) enum Work {
         /// Paper B's two limit filters are on.
         filtered: bool,
     },
-    /// Nothing by itself: see [`UPDATE`].
-    Update,
+    /// Nothing by itself: see [`refine`].
+    Refine,
     Straighten,
     Polar,
     Subdivide(u16),
@@ -98,16 +107,29 @@ const fn head(counted: bool, factor: u16, filtered: bool) -> Work {
     Work::Head { counted, factor, filtered }
 }
 
-/// Which of [`ROWS`] is the work between ticks: it is measured while heads are read, and not by itself.
-pub(crate) const UPDATE: usize = 4;
+/// Which of [`ROWS`] hands a block over, or what came of it, between ticks; and which fits it, beside them.
+const HAND_OVER: usize = 4;
+const FIT: usize = 5;
+
+/// Takes an ellipse anew. Before each piece of the work `row` is told whose row it is.
+pub(crate) fn refine(head: &mut Head, mut row: impl FnMut(usize)) {
+    row(HAND_OVER);
+    if let Some(refining) = measured::head_refining(head) {
+        row(FIT);
+        let refined = measured::fit(&refining);
+        row(HAND_OVER);
+        measured::head_take_refined(head, refined);
+    }
+}
 
 /// In the order in which the image does them.
-pub(crate) const ROWS: [Row; 12] = [
+pub(crate) const ROWS: [Row; 13] = [
     row("head with a counter, as fine as it is", BUDGET, head(true, 0, false)),
     row("head with a counter, 160 steps", BUDGET, head(true, 160, false)),
     row("head with a counter, 160 steps, paper B's filters", None, head(true, 160, true)),
     row("head without a counter, 160 steps", BUDGET, head(false, 160, false)),
-    row("head between ticks, the ellipse anew", None, Work::Update),
+    row("a block handed over, or its fit", None, Work::Refine),
+    row("fit of a block, beside the ticks", None, Work::Refine),
     row("correction alone", None, Work::Straighten),
     row("phase and radius alone", None, Work::Polar),
     row("table, 160 steps", None, Work::Subdivide(160)),
@@ -150,15 +172,15 @@ impl Bench {
         Self { work: row.work, head: Head::new(&config), config, correction: Correction::of(&ELLIPSE), table }
     }
 
-    /// Does the row's work with every sample; a hash of all results. Between ticks `update` is called with the head
+    /// Does the row's work with every sample; a hash of all results. Between ticks `refine` is called with the head
     /// that wants it.
-    pub(crate) fn run(&mut self, readings: &[Reading], mut update: impl FnMut(&mut Head)) -> u32 {
+    pub(crate) fn run(&mut self, readings: &[Reading], mut refine: impl FnMut(&mut Head)) -> u32 {
         let mut hash = 0_u32;
         for reading in readings {
             let result = self.once(reading);
             hash = (hash ^ result).wrapping_mul(0x0100_0193).rotate_left(5);
-            if self.head.wants_update() {
-                update(&mut self.head);
+            if self.head.wants_refining() {
+                refine(&mut self.head);
                 hash ^= low_and_high(self.head.ellipse().p.to_bits());
             }
         }
@@ -171,7 +193,7 @@ impl Bench {
         let (sin, cos) = (i32::from(sample.sin), i32::from(sample.cos));
         match self.work {
             Work::Nothing => measured::nothing(sin, cos) as u32,
-            Work::Update => 0,
+            Work::Refine => 0,
             Work::Head { .. } => {
                 let config = black_box(&self.config);
                 let read =

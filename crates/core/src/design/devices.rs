@@ -1,9 +1,10 @@
 //! What an axis is read and moved by.
 
 use super::{DesignError, check};
-use crate::sense::ellipse::{Ellipse, LARGEST_ALPHA, RATIOS};
+use crate::sense::ellipse::Ellipse;
 use crate::sense::harmonics::Harmonics;
 use crate::sense::head;
+use crate::sense::health::{GAIN, OFFSET, QUADRATURE_DEG};
 use crate::sense::subdivide::LARGEST_FACTOR;
 use crate::units::Pos;
 
@@ -26,13 +27,13 @@ pub struct Analogue {
     pub period_um: f64,
     /// Amplitude of the cosine, part of the converter's full scale; 0.05 … 1.
     pub amplitude: f64,
-    /// Offset of the cosine, parts of the amplitude; −0.5 … 0.5. `abbe encoder` finds this and the next three.
+    /// Offset of the cosine, parts of the amplitude; −0.3 … 0.3: beyond, the encoder is out of adjustment. `abbe encoder` finds this and the next three.
     pub offset_cos: f64,
-    /// Offset of the sine, parts of the amplitude; −0.5 … 0.5.
+    /// Offset of the sine, parts of the amplitude; −0.3 … 0.3.
     pub offset_sin: f64,
-    /// Amplitude of the sine over that of the cosine; 0.5 … 2.
+    /// Amplitude of the sine over that of the cosine; 1/1.35 … 1.35.
     pub gain: f64,
-    /// By how much the sine leads a quarter of a period, degrees; −30 … 30.
+    /// By how much the sine leads a quarter of a period, degrees; −15 … 15.
     pub phase_deg: f64,
     /// What is left after these, by harmonics of the phase: parts of a period, cosine and sine, each ± 1/64 at most.
     #[cfg_attr(feature = "serde", serde(default))]
@@ -83,11 +84,21 @@ impl Analogue {
         check(axis, "encoder.amplitude", self.amplitude, fits, "0.05 … 1")?;
         for (key, value) in [("encoder.offset_cos", self.offset_cos), ("encoder.offset_sin", self.offset_sin)]
         {
-            check(axis, key, value, (-0.5..=0.5).contains(&value), "-0.5 … 0.5")?;
+            check(axis, key, value, value.abs() <= OFFSET.fail, "-0.3 … 0.3")?;
         }
-        check(axis, "encoder.gain", self.gain, RATIOS.contains(&self.gain), "0.5 … 2")?;
-        let fits = self.phase_deg.to_radians().abs() <= LARGEST_ALPHA;
-        check(axis, "encoder.phase_deg", self.phase_deg, fits, "-30 … 30")?;
+        let fits = (1.0 / GAIN.fail..=GAIN.fail).contains(&self.gain);
+        check(axis, "encoder.gain", self.gain, fits, "0.7408 … 1.35")?;
+        let fits = self.phase_deg.abs() <= QUADRATURE_DEG.fail;
+        check(axis, "encoder.phase_deg", self.phase_deg, fits, "-15 … 15")?;
+        let peak = self.peak();
+        let fits = peak * FULL_SCALE < f64::from(RAIL);
+        check(
+            axis,
+            "encoder.amplitude",
+            peak,
+            fits,
+            "with gain and offsets inside the converter: below 0.99",
+        )?;
         let largest = self.harmonics.sizes().into_iter().fold(0.0, f64::max);
         let fits = self.harmonics.sizes().iter().all(|size| (0.0..=1.0 / 64.0).contains(size));
         check(axis, "encoder.harmonics", largest, fits, "parts of a period, at most 1/64 each")?;
@@ -97,6 +108,11 @@ impl Analogue {
         check(axis, "encoder.sample_limit", self.sample_limit, fits, "0 … 2")?;
         let fits = !self.count_limit || self.factor != 0;
         check(axis, "encoder.count_limit", 1.0, fits, "off without encoder.factor")
+    }
+
+    /// How far the signals go from zero, part of the converter's full scale.
+    fn peak(&self) -> f64 {
+        self.amplitude * (1.0 + self.offset_cos.abs()).max(self.gain + self.offset_sin.abs())
     }
 
     pub(super) fn build(&self) -> head::Config {

@@ -45,6 +45,16 @@ impl Harmonics {
         self.0.map(|[cos, sin]| libm::hypot(cos, sin))
     }
 
+    /// Without the first two, which are offsets, gain and quadrature: an ellipse takes those off, and may follow them.
+    #[must_use]
+    pub fn beyond_an_ellipse(&self) -> Self {
+        let Self([_, _, beyond @ ..]) = self;
+        let mut left = Self::default();
+        let Self([_, _, places @ ..]) = &mut left;
+        *places = *beyond;
+        left
+    }
+
     /// The table that takes them off.
     pub fn residual(&self) -> Residual {
         Residual::of(|turns| self.at(turns))

@@ -1,14 +1,15 @@
 //! An analogue reading head, tick by tick: a sine and a cosine become a position, corrected, counted and watched.
 
 use super::correct::{Correction, Residual};
+use super::course::Course;
 use super::ellipse::Ellipse;
 use super::harmonics::Harmonics;
-use super::health::{Health, Report, Sample, SignalFault};
+use super::health::{Findings, Health, Report, Sample, SignalFault, shape};
 use super::limit::{CountLimit, SampleLimit};
-use super::moments::Moments;
+use super::moments::Block;
 use super::periods::{Join, Periods, Unwrap};
 use super::phase::Phase;
-use super::recursive::{Gather, Recursive, Update};
+use super::recursive::{FASTEST, Gather, Recursive, Update};
 use crate::edge::SinCos;
 use crate::wide;
 
@@ -55,15 +56,16 @@ pub struct Head {
     join: Join,
     unwrap: Unwrap,
     limits: [SampleLimit; 2],
+    /// The sample of this tick was put in the place of another.
+    replaced: bool,
     count_limit: CountLimit,
     health: Health,
     gather: Gather,
-    /// A block waits to be taken between ticks.
+    /// A block is whole, and none is begun until its [`Refined`] comes.
     ready: bool,
     recursive: Recursive,
+    course: Course,
     last: Periods,
-    /// From the middle of the count to the position, when both were last seen.
-    from_middle: i32,
     /// 2³² / factor, for the position of a step.
     step: u32,
 }
@@ -75,21 +77,24 @@ impl Head {
         let Ellipse { p, q, radius, .. } = config.ellipse;
         let centre = [p, q].map(|offset| libm::round(offset) as i16);
         let mut health = Health::new(recursive.nominal());
-        health.shape(&config.ellipse);
+        health.take_shape(shape(&config.ellipse));
+        // What the recursion follows, the table must leave to it, or both take it off.
+        let harmonics = if config.tracks { config.harmonics.beyond_an_ellipse() } else { config.harmonics };
         Self {
             correction: recursive.correction(),
-            residual: config.harmonics.residual(),
+            residual: harmonics.residual(),
             nominal: recursive.nominal(),
             join: Join::default(),
             unwrap: Unwrap::default(),
             limits: [SampleLimit::new(config.sample_limit); 2],
+            replaced: false,
             count_limit: CountLimit::default(),
             health,
             gather: Gather::new(centre, libm::round(radius) as u16),
             ready: false,
             recursive,
+            course: Course::default(),
             last: Periods(0),
-            from_middle: 0,
             step: u32::MAX.checked_div(u32::from(config.factor)).unwrap_or(0),
         }
     }
@@ -98,26 +103,26 @@ impl Head {
     #[inline]
     pub fn read(&mut self, sample: Option<SinCos>, count: i64, config: &Config) -> Read {
         let Some(sample) = sample else { return self.bridge(count, config) };
-        let clipped = sample.sin.unsigned_abs().max(sample.cos.unsigned_abs()) >= config.rail.unsigned_abs();
+        let clipped = is_beyond(sample.sin, config.rail) || is_beyond(sample.cos, config.rail);
         let sample = if config.sample_limit == 0 { sample } else { self.limited(sample) };
         let polar = self.correction.polar(sample);
         let phase = self.residual.take_off(polar.phase);
         let meets = config.counted && !self.join.is_sure();
         // A vector too short to have a phase says nothing about the place.
-        let (position, disagreement, surprise) = if self.health.is_short(polar.radius) {
-            (self.bridged(count, config), 0, 0)
+        let (position, beside, slipped) = if self.health.is_short(polar.radius) {
+            (self.bridged(count, config), 0, false)
         } else {
             self.place(count, phase, config)
         };
-        let seen = Sample { radius: polar.radius, clipped, disagreement, surprise };
+        let seen = Sample { radius: polar.radius, clipped, beside, counted: config.counted, slipped };
         let fault = self.health.sample(&seen);
         if fault.is_some() {
             self.begin_anew(count, phase);
         }
         // Gathering can wait for a tick that has nothing else to do: no tick does all that a tick may do.
         let busy = meets || self.health.ends_block();
-        // What the converter has cut off draws no ellipse.
-        if config.tracks && !self.ready && !busy && !seen.clipped {
+        // What the converter has cut off, or a filter put in its place, draws no ellipse.
+        if config.tracks && !self.ready && !busy && !seen.clipped && !self.replaced && self.is_slow(config) {
             self.ready = self.gather.sample(sample, polar, self.nominal);
         }
         self.last = position;
@@ -130,18 +135,24 @@ impl Head {
     fn begin_anew(&mut self, count: i64, phase: Phase) {
         self.join.begin_anew(count, phase);
         self.unwrap = Unwrap::from(self.last);
+        self.course = Course::default();
     }
 
     #[inline]
-    fn place(&mut self, count: i64, phase: Phase, config: &Config) -> (Periods, i32, i32) {
+    fn place(&mut self, count: i64, phase: Phase, config: &Config) -> (Periods, i32, bool) {
         if config.counted {
             let joined = self.join.join(count, phase);
-            self.from_middle = joined.disagreement;
-            (joined.position, joined.disagreement, 0)
+            (joined.position, joined.disagreement, self.course.next(joined.position))
         } else {
             let followed = self.unwrap.next(phase);
-            (followed.position, 0, followed.surprise)
+            (followed.position, followed.surprise, false)
         }
+    }
+
+    /// Slow enough for a sample to lie where it seems to: the channels are not sampled at quite the same time.
+    #[inline]
+    fn is_slow(&self, config: &Config) -> bool {
+        if config.counted { self.course.is_slower_than(FASTEST) } else { self.unwrap.is_slower_than(FASTEST) }
     }
 
     /// No sample.
@@ -153,65 +164,62 @@ impl Head {
         Read { position, fault }
     }
 
-    /// Where the head is without a phase: the count goes on, and what it was off by; or the speed does.
+    /// Where the head is without a phase: as far as it went in the ticks before, but within what the count says.
     #[cold]
     fn bridged(&mut self, count: i64, config: &Config) -> Periods {
-        let beside = i64::from(self.from_middle);
-        let known = if config.counted {
-            self.join.middle(count).map(|middle| Periods(middle.0.wrapping_add(beside)))
+        if config.counted {
+            let coasted = Periods(self.last.0.wrapping_add(self.course.coast()));
+            self.join.nearest_to(coasted, count)
         } else {
-            self.unwrap.miss()
-        };
-        known.unwrap_or(self.last)
+            self.unwrap.miss().unwrap_or(self.last)
+        }
     }
 
     #[cold]
     fn limited(&mut self, sample: SinCos) -> SinCos {
         let [cos, sin] = &mut self.limits;
-        SinCos { cos: cos.pass(sample.cos), sin: sin.pass(sample.sin) }
+        let passed = SinCos { cos: cos.pass(sample.cos), sin: sin.pass(sample.sin) };
+        self.replaced = passed != sample;
+        passed
     }
 
     /// The position in whole steps of the period.
     #[inline(never)]
     fn stepped(&mut self, config: &Config) -> Periods {
-        let factor = u32::from(config.factor);
+        let factor = config.factor;
         let turns = (self.last.0 >> 32) as i32;
         // From the beginning of the period, rounded to nearest: may be all of its steps.
-        let step = (wide::mul_u32(self.last.0 as u32, factor).wrapping_add(1 << 31) >> 32) as i32;
-        if config.count_limit {
-            self.filtered(turns, step, factor.cast_signed())
-        } else {
-            self.at(turns, step)
-        }
+        let step = (wide::mul_u32_u16(self.last.0 as u32, factor).wrapping_add(1 << 31) >> 32) as u16;
+        if config.count_limit { self.filtered(turns, step, factor) } else { self.at(turns, step) }
     }
 
     /// Paper B's second filter may leave a step in another period than it came from.
     #[cold]
-    fn filtered(&mut self, turns: i32, step: i32, factor: i32) -> Periods {
+    fn filtered(&mut self, turns: i32, step: u16, factor: u16) -> Periods {
+        let (step, factor) = (i32::from(step), i32::from(factor));
         let steps = wide::mul_i32(turns, factor).wrapping_add(i64::from(step));
         let passed = self.count_limit.pass(steps);
         // Less than half of a sample's way from where it came from.
         let step = step.wrapping_add(passed.wrapping_sub(steps) as i32);
         let before = step.checked_div_euclid(factor).unwrap_or(0);
-        self.at(turns.wrapping_add(before), step.wrapping_sub(before.wrapping_mul(factor)))
+        self.at(turns.wrapping_add(before), step.wrapping_sub(before.wrapping_mul(factor)) as u16)
     }
 
     /// A step of a period, 0 … factor.
-    fn at(&self, turns: i32, step: i32) -> Periods {
-        let step = step.cast_unsigned();
+    fn at(&self, turns: i32, step: u16) -> Periods {
         // A step is a little more than its 32 bits say.
-        let part = wide::mul_u32(step, self.step).wrapping_add(u64::from(step / 2));
+        let part = wide::mul_u32_u16(self.step, step).wrapping_add(u64::from(step / 2));
         Periods((i64::from(turns) << 32).wrapping_add(part.cast_signed()))
     }
 
-    /// A block of samples has just been graded, or none was begun.
+    /// A block of samples has just been graded.
     #[inline]
     pub fn has_graded(&self) -> bool {
         self.health.ends_block()
     }
 
-    /// What the last block of samples was like.
-    pub fn report(&self) -> Report {
+    /// What the last block of samples was like; none before the first has ended.
+    pub fn report(&self) -> Option<Report> {
         self.health.report()
     }
 
@@ -226,30 +234,75 @@ impl Head {
         self.join.begin(count)
     }
 
-    /// Samples are ready for [`Head::update`].
+    /// A block of samples is ready for a fit; see [`Head::refining`].
     #[inline]
-    pub fn wants_update(&self) -> bool {
+    pub fn wants_refining(&self) -> bool {
         self.ready
     }
 
-    /// Lets the recursion work on the samples that are ready: between ticks, in floats. Takes effect with the next tick.
-    pub fn update(&mut self) -> Option<Update> {
-        if !self.ready {
-            return None;
-        }
+    /// What a fit needs, to take along: a fit is slower than a tick, and the head goes on meanwhile. Bring what comes of it
+    /// to [`Head::take_refined`]. None while no block is ready.
+    pub fn refining(&self) -> Option<Refining> {
+        self.ready.then(|| Refining { block: self.gather.block(), recursive: self.recursive })
+    }
+
+    /// Takes what a fit came to: a few words, in force from the next sample on. The next block begins.
+    pub fn take_refined(&mut self, refined: Refined) {
         self.ready = false;
-        let block: Moments = self.gather.take().moments();
-        let update = self.recursive.update(&block);
-        if let Update::Changed(ellipse) = &update {
-            self.correction = Correction::of(ellipse);
-            self.nominal = self.recursive.nominal();
-            self.health.shape(ellipse);
+        self.gather.begin();
+        self.recursive = refined.recursive;
+        if let Some(changed) = refined.changed {
+            self.correction = changed.correction;
+            self.nominal = changed.nominal;
+            self.health.take_shape(changed.shape);
         }
-        Some(update)
     }
 
     /// The ellipse in use.
     pub fn ellipse(&self) -> &Ellipse {
         self.recursive.ellipse()
+    }
+}
+
+/// A code as far from zero as the end of the converter, or farther.
+#[inline]
+fn is_beyond(code: i16, rail: i16) -> bool {
+    let (code, rail) = (i32::from(code), i32::from(rail));
+    code.wrapping_add(rail) <= 0 || code >= rail
+}
+
+/// A block of samples and the estimate that it is to join.
+#[derive(Clone, Copy, Debug)]
+pub struct Refining {
+    block: Block,
+    recursive: Recursive,
+}
+
+/// The estimate after a block, and what the tick takes off from now on.
+#[derive(Clone, Copy, Debug)]
+pub struct Refined {
+    recursive: Recursive,
+    changed: Option<Changed>,
+}
+
+/// Everything that belongs to a new ellipse, ready for the tick.
+#[derive(Clone, Copy, Debug)]
+struct Changed {
+    correction: Correction,
+    nominal: u32,
+    shape: [Findings; 2],
+}
+
+impl Refining {
+    /// Fits, in floats: between ticks, or beside them.
+    pub fn fit(&self) -> Refined {
+        let mut recursive = self.recursive;
+        let update = recursive.update(&self.block.moments());
+        let changed = matches!(update, Update::Changed(_)).then(|| Changed {
+            correction: recursive.correction(),
+            nominal: recursive.nominal(),
+            shape: shape(recursive.ellipse()),
+        });
+        Refined { recursive, changed }
     }
 }

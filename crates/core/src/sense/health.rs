@@ -105,6 +105,79 @@ impl fmt::Display for Grade {
     }
 }
 
+/// From where on a figure is to be looked at, and from where on it is beyond use.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// To be looked at above this.
+    pub warn: f64,
+    /// Beyond use above this.
+    pub fail: f64,
+}
+
+impl Bounds {
+    /// The grade of a figure.
+    pub fn grade(&self, value: f64) -> Grade {
+        match value {
+            value if value > self.fail => Grade::Fail,
+            value if value > self.warn => Grade::Warn,
+            _ => Grade::Good,
+        }
+    }
+}
+
+/// Larger of both offsets, parts of the amplitude. 10 % of it are 12.7 nm of 0.8 µm before they are taken off: an encoder
+/// that is so far out of adjustment can be corrected, but somebody should look at it. The bounds are ours, as are all here.
+pub const OFFSET: Bounds = Bounds { warn: 0.10, fail: 0.30 };
+/// The larger amplitude over the smaller.
+pub const GAIN: Bounds = Bounds { warn: 1.10, fail: 1.35 };
+/// From a quarter of a period, degrees; 5° are 5.6 nm before they are taken off.
+pub const QUADRATURE_DEG: Bounds = Bounds { warn: 5.0, fail: 15.0 };
+/// Noise of a channel, parts of the amplitude rms; the tick finds it as 1/32 and 1/16 of the amplitude from sample to sample
+/// in the mean, which is 2/√π of this.
+pub const NOISE: Bounds = Bounds { warn: 0.0277, fail: 0.0554 };
+/// What the amplitude lacks of what it should be.
+pub const WEAKNESS: Bounds = Bounds { warn: 5.0 / 16.0, fail: 8.0 / 16.0 };
+/// Samples at the end of the converter, parts of all; the tick counts 4 of 256.
+pub const CLIPPED: Bounds = Bounds { warn: 0.0, fail: 1.0 / 64.0 };
+/// Motion that was not expected from one sample to the next, parts of a period, where no counter counts; at a half periods
+/// are lost.
+pub const SURPRISE: Bounds = Bounds { warn: 0.25, fail: 0.375 };
+
+/// What an ellipse is like, by the figures that have bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shape {
+    /// See [`OFFSET`].
+    pub offset: f64,
+    /// See [`GAIN`].
+    pub gain: f64,
+    /// See [`QUADRATURE_DEG`].
+    pub quadrature_deg: f64,
+}
+
+impl Shape {
+    /// Of an ellipse around zero.
+    pub fn of(ellipse: &Ellipse) -> Self {
+        Self {
+            offset: ellipse.p.abs().max(ellipse.q.abs()) / ellipse.radius,
+            gain: ellipse.r.max(1.0 / ellipse.r),
+            quadrature_deg: ellipse.alpha.abs().to_degrees(),
+        }
+    }
+}
+
+/// What is to be looked at and what is beyond use of an ellipse. Floats: between ticks.
+pub fn shape(ellipse: &Ellipse) -> [Findings; 2] {
+    let Shape { offset, gain, quadrature_deg } = Shape::of(ellipse);
+    let all = [
+        (Findings::OFFSET, OFFSET.grade(offset)),
+        (Findings::GAIN, GAIN.grade(gain)),
+        (Findings::QUADRATURE, QUADRATURE_DEG.grade(quadrature_deg)),
+    ];
+    [Grade::Warn, Grade::Fail].map(|wanted| {
+        all.iter().fold(Findings::NONE, |found, (finding, grade)| found.and(finding.when(*grade == wanted)))
+    })
+}
+
 /// What was found, by how bad it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -144,6 +217,8 @@ pub enum SignalFault {
     Disagrees,
     /// The motion changed by more than three eighths of a period in one sample.
     Fast,
+    /// The count jumped by a whole period, or by several.
+    Slipped,
 }
 
 impl fmt::Display for SignalFault {
@@ -154,6 +229,7 @@ impl fmt::Display for SignalFault {
             Self::Missed => "the encoder gives no samples",
             Self::Disagrees => "the encoder's count and phase disagree",
             Self::Fast => "the motion is too fast for the encoder's samples",
+            Self::Slipped => "the encoder's counter lost or won whole periods",
         })
     }
 }
@@ -171,13 +247,15 @@ const FAR: u32 = 28;
 /// Samples of a block that must dip: dirt may pass too quickly for the mean of a block to show it.
 const FEWEST_DIPS: u16 = 3;
 /// Count and phase: 3/16 of a period is to be looked at, 5/16 a fault; half a period would be a wrong position.
-pub const DISAGREES_WARN: i32 = 3 << 28;
+pub const DISAGREES_WARN: u32 = 3 << 28;
 /// See [`DISAGREES_WARN`].
-pub const DISAGREES_FAULT: i32 = 5 << 28;
+pub const DISAGREES_FAULT: u32 = 5 << 28;
 /// Surprise of a followed phase: 1/4 of a period is to be looked at, 3/8 a fault.
-pub const FAST_WARN: i32 = 4 << 28;
+pub const FAST_WARN: u32 = 4 << 28;
 /// See [`FAST_WARN`].
-pub const FAST_FAULT: i32 = 6 << 28;
+pub const FAST_FAULT: u32 = 6 << 28;
+/// Nothing to be looked at up to here, whatever it is.
+const BESIDE_WARN: u32 = if DISAGREES_WARN < FAST_WARN { DISAGREES_WARN } else { FAST_WARN };
 
 /// What one sample shows.
 #[derive(Clone, Copy, Debug)]
@@ -186,10 +264,12 @@ pub struct Sample {
     pub radius: u32,
     /// A channel is at an end of the converter.
     pub clipped: bool,
-    /// Count against phase, 2⁻³² of a period; 0 without a counter.
-    pub disagreement: i32,
-    /// Found against expected position, 2⁻³² of a period; 0 with a counter.
-    pub surprise: i32,
+    /// Count against phase; or, without a counter, found against expected position: 2⁻³² of a period.
+    pub beside: i32,
+    /// A counter counts.
+    pub counted: bool,
+    /// The position jumped by periods, and stays there: see [`super::course`].
+    pub slipped: bool,
 }
 
 /// What watching the signals of an axis remembers.
@@ -198,6 +278,10 @@ pub struct Sample {
 pub struct Health {
     /// Nominal radius without fractional bits: sums of a block fit a word.
     nominal: u32,
+    /// Radii, with [`CODE_BITS`]: shorter ones are lost, or dip; longer ones are far off the circle.
+    short: u32,
+    dip: u32,
+    long: u32,
     /// In a row: lost, far off, missed.
     lost: u8,
     far: u8,
@@ -213,6 +297,8 @@ pub struct Health {
     warn: Findings,
     /// Of the ellipse: it changes between ticks.
     shape: [Findings; 2],
+    /// A block has ended.
+    has_graded: bool,
     /// The last block: what was found, to be looked at and beyond use, and its sums of radii and of their changes.
     graded: [Findings; 2],
     ended: [u32; 2],
@@ -222,8 +308,13 @@ impl Health {
     /// For signals whose corrected radius is `nominal`, with [`CODE_BITS`]; at least one code.
     pub fn new(nominal: u32) -> Self {
         let nominal = (nominal >> CODE_BITS).max(1);
+        // 2¹⁷ · 2⁸ / 2⁴ · 28 fits a word.
+        let part = |sixteenths: u32| (nominal << CODE_BITS >> 4).wrapping_mul(sixteenths);
         Self {
             nominal,
+            short: part(LOST),
+            dip: part(DIPS),
+            long: part(FAR),
             lost: 0,
             far: 0,
             missed: 0,
@@ -236,52 +327,44 @@ impl Health {
             last: nominal,
             warn: Findings::NONE,
             shape: [Findings::NONE; 2],
+            has_graded: false,
             graded: [Findings::NONE; 2],
-            ended: [nominal.wrapping_mul(256), 0],
+            ended: [0; 2],
         }
     }
 
-    /// What the last block of 256 samples was like. Divides: for who asks, not for the tick.
-    pub fn report(&self) -> Report {
+    /// What the last block of 256 samples was like, once there was one. Divides: for who asks, not for the tick.
+    pub fn report(&self) -> Option<Report> {
+        if !self.has_graded {
+            return None;
+        }
         let [warn, fail] = self.graded;
         let [sum, changes] = self.ended;
         let nominals_in = |sum: u32| sum.checked_div(self.nominal).unwrap_or(0) as u16;
-        Report { warn, fail, amplitude: nominals_in(sum), noise: nominals_in(changes.wrapping_mul(16)) }
+        Some(Report { warn, fail, amplitude: nominals_in(sum), noise: nominals_in(changes.wrapping_mul(16)) })
     }
 
-    /// Takes note of an ellipse in use, between ticks.
-    pub fn shape(&mut self, ellipse: &Ellipse) {
-        let offset = libm::hypot(ellipse.p, ellipse.q * ellipse.r) / ellipse.radius;
-        let gain = ellipse.r.max(1.0 / ellipse.r);
-        let angle = ellipse.alpha.abs().to_degrees();
-        let beyond = |limits: [f64; 3]| {
-            Findings::OFFSET
-                .when(offset > limits[0])
-                .and(Findings::GAIN.when(gain > limits[1]))
-                .and(Findings::QUADRATURE.when(angle > limits[2]))
-        };
-        let fail = beyond([0.25, 1.5, 25.0]);
-        self.shape = [Findings(beyond([0.1, 1.2, 10.0]).0 & !fail.0), fail];
+    /// Takes note of the [`shape`] of the ellipse in use, between ticks.
+    pub fn take_shape(&mut self, shape: [Findings; 2]) {
+        self.shape = shape;
     }
 
     /// One sample.
     #[inline]
     pub fn sample(&mut self, sample: &Sample) -> Option<SignalFault> {
-        self.missed = 0;
         let radius = sample.radius >> CODE_BITS;
         self.sum = self.sum.wrapping_add(radius);
         self.changes = self.changes.wrapping_add(radius.abs_diff(self.last));
         self.last = radius;
-        self.clips = self.clips.wrapping_add(u16::from(sample.clipped));
-        let far = sample.disagreement.wrapping_abs();
-        let odd = sample.surprise.wrapping_abs();
-        if far > DISAGREES_WARN || odd > FAST_WARN {
-            self.warn = self
-                .warn
-                .and(Findings::DISAGREES.when(far > DISAGREES_WARN))
-                .and(Findings::FAST.when(odd > FAST_WARN));
-        }
-        let fault = self.judge(radius, far, odd);
+        self.missed = 0;
+        let round = sample.radius >= self.dip && sample.radius <= self.long;
+        let beside = sample.beside.unsigned_abs() > BESIDE_WARN;
+        let fault = if !round || beside || sample.clipped || sample.slipped {
+            self.judge(sample.radius, sample.beside, sample.clipped, sample.counted, sample.slipped)
+        } else {
+            (self.lost, self.far) = (0, 0);
+            None
+        };
         self.end_of_sample();
         fault
     }
@@ -297,37 +380,45 @@ impl Health {
         (self.missed > MISSED_IN_A_ROW).then_some(SignalFault::Missed)
     }
 
-    #[inline]
-    fn judge(&mut self, radius: u32, far: i32, odd: i32) -> Option<SignalFault> {
-        self.dips = self.dips.wrapping_add(u16::from(radius < self.part(DIPS)));
-        self.lost = if radius < self.part(LOST) { self.lost.saturating_add(1) } else { 0 };
-        self.far = if radius > self.part(FAR) { self.far.saturating_add(1) } else { 0 };
+    /// A sample that is not as it should be. By its parts: whole, it would be put into memory in every tick.
+    #[cold]
+    fn judge(
+        &mut self,
+        radius: u32,
+        beside: i32,
+        clipped: bool,
+        counted: bool,
+        slipped: bool,
+    ) -> Option<SignalFault> {
+        let count = |in_a_row: u8, so: bool| if so { in_a_row.saturating_add(1) } else { 0 };
+        self.lost = count(self.lost, radius < self.short);
+        self.far = count(self.far, radius > self.long);
+        self.dips = self.dips.wrapping_add(u16::from(radius < self.dip));
+        self.clips = self.clips.wrapping_add(u16::from(clipped));
+        let (finding, warn, worst) = if counted {
+            (Findings::DISAGREES, DISAGREES_WARN, (DISAGREES_FAULT, SignalFault::Disagrees))
+        } else {
+            (Findings::FAST, FAST_WARN, (FAST_FAULT, SignalFault::Fast))
+        };
+        let beside = beside.unsigned_abs();
+        self.warn = self.warn.and(finding.when(beside > warn));
+        if slipped {
+            return Some(SignalFault::Slipped);
+        }
         if self.lost >= IN_A_ROW {
             return Some(SignalFault::Lost);
         }
         if self.far >= IN_A_ROW {
             return Some(SignalFault::OffCircle);
         }
-        if self.lost != 0 {
-            // A vector without length has no phase worth judging.
-            return None;
-        }
-        if far > DISAGREES_FAULT {
-            return Some(SignalFault::Disagrees);
-        }
-        (odd > FAST_FAULT).then_some(SignalFault::Fast)
+        // A vector without length has no phase worth judging.
+        (self.lost == 0 && beside > worst.0).then_some(worst.1)
     }
 
     /// Whether a vector of this length, with [`CODE_BITS`], is too short to have a phase.
     #[inline]
     pub fn is_short(&self, radius: u32) -> bool {
-        radius >> CODE_BITS < self.part(LOST)
-    }
-
-    /// Sixteenths of the nominal radius: 2¹⁷ · 2⁵ fits a word.
-    #[inline]
-    fn part(&self, sixteenths: u32) -> u32 {
-        self.nominal.wrapping_mul(sixteenths) >> 4
+        radius < self.short
     }
 
     #[inline]
@@ -355,7 +446,7 @@ impl Health {
         let fail = Findings::WEAK
             .when(self.sum < times(8))
             .and(Findings::STRONG.when(self.sum > times(24)))
-            .and(Findings::CLIPPED.when(self.clips > 64))
+            .and(Findings::CLIPPED.when(self.clips > 4))
             .and(Findings::NOISY.when(changes(16)))
             .and(Findings::MISSED.when(self.misses > 32));
         let warn = Findings::WEAK
@@ -366,6 +457,7 @@ impl Health {
         let [shape_warn, shape_fail] = self.shape;
         let fail = fail.and(shape_fail);
         let warn = self.warn.and(warn).and(shape_warn);
+        self.has_graded = true;
         self.graded = [Findings(warn.0 & !fail.0), fail];
         self.ended = [self.sum, self.changes];
         self.sum = 0;
@@ -388,7 +480,7 @@ mod tests {
     use super::*;
 
     const NOMINAL: u32 = 24_000 << CODE_BITS;
-    const GOOD: Sample = Sample { radius: NOMINAL, clipped: false, disagreement: 0, surprise: 0 };
+    const GOOD: Sample = Sample { radius: NOMINAL, clipped: false, beside: 0, counted: true, slipped: false };
 
     fn after(samples: impl Iterator<Item = Sample>) -> (Report, Option<(usize, SignalFault)>) {
         let mut health = Health::new(NOMINAL);
@@ -397,7 +489,7 @@ mod tests {
             let fault = health.sample(&sample);
             first = first.or(fault.map(|fault| (k, fault)));
         }
-        (health.report(), first)
+        (health.report().unwrap_or_default(), first)
     }
 
     fn grade(sample: impl Fn(u32) -> Sample) -> (Grade, Findings) {
@@ -416,7 +508,7 @@ mod tests {
         assert_eq!(grade(radius(1.6)), (Grade::Fail, Findings::STRONG));
         let clipped = |every| move |k: u32| Sample { clipped: k.is_multiple_of(every), ..GOOD };
         assert_eq!(grade(clipped(100)), (Grade::Warn, Findings::CLIPPED));
-        assert_eq!(grade(clipped(2)), (Grade::Fail, Findings::CLIPPED));
+        assert_eq!(grade(clipped(50)), (Grade::Fail, Findings::CLIPPED));
         let noisy = |part: f64| {
             move |k: u32| Sample {
                 radius: (f64::from(NOMINAL) * (1.0 + part * f64::from(k % 2))) as u32,
@@ -426,11 +518,11 @@ mod tests {
         assert_eq!(grade(noisy(0.01)).0, Grade::Good);
         assert_eq!(grade(noisy(0.04)), (Grade::Warn, Findings::NOISY));
         assert_eq!(grade(noisy(0.1)), (Grade::Fail, Findings::NOISY));
+        assert_eq!(grade(|_| Sample { beside: -(4 << 28), ..GOOD }), (Grade::Warn, Findings::DISAGREES));
         assert_eq!(
-            grade(|_| Sample { disagreement: -(4 << 28), ..GOOD }),
-            (Grade::Warn, Findings::DISAGREES)
+            grade(|_| Sample { beside: 5 << 28, counted: false, ..GOOD }),
+            (Grade::Warn, Findings::FAST)
         );
-        assert_eq!(grade(|_| Sample { surprise: 5 << 28, ..GOOD }), (Grade::Warn, Findings::FAST));
     }
 
     #[test]
@@ -438,10 +530,12 @@ mod tests {
         let from = |bad: Sample| after((0..200).map(|k| if k < 100 { GOOD } else { bad })).1;
         assert_eq!(from(Sample { radius: NOMINAL / 5, ..GOOD }), Some((102, SignalFault::Lost)));
         assert_eq!(from(Sample { radius: NOMINAL * 2, ..GOOD }), Some((102, SignalFault::OffCircle)));
-        let far = Sample { disagreement: DISAGREES_FAULT + 1, ..GOOD };
+        let far = Sample { beside: DISAGREES_FAULT as i32 + 1, ..GOOD };
         assert_eq!(from(far), Some((100, SignalFault::Disagrees)));
-        assert_eq!(from(Sample { disagreement: i32::MIN + 1, ..GOOD }), Some((100, SignalFault::Disagrees)));
-        assert_eq!(from(Sample { surprise: FAST_FAULT + 1, ..GOOD }), Some((100, SignalFault::Fast)));
+        assert_eq!(from(Sample { beside: i32::MIN, ..GOOD }), Some((100, SignalFault::Disagrees)));
+        let fast = Sample { beside: FAST_FAULT as i32 + 1, counted: false, ..GOOD };
+        assert_eq!(from(fast), Some((100, SignalFault::Fast)));
+        assert_eq!(from(Sample { slipped: true, ..GOOD }), Some((100, SignalFault::Slipped)));
         let spike = after((0..200).map(|k| if k == 100 { Sample { radius: 0, ..GOOD } } else { GOOD }));
         assert_eq!(spike.1, None);
         let mut health = Health::new(NOMINAL);
@@ -454,15 +548,17 @@ mod tests {
     fn the_ellipse_is_part_of_the_picture() {
         let of = |ellipse: Ellipse| {
             let mut health = Health::new(NOMINAL);
-            health.shape(&ellipse);
-            (0..256).for_each(|_| _ = health.sample(&GOOD));
-            health.report()
+            health.take_shape(shape(&ellipse));
+            (0..255).for_each(|_| _ = health.sample(&GOOD));
+            assert_eq!(health.report(), None);
+            health.sample(&GOOD);
+            health.report().unwrap()
         };
         let circle = Ellipse::circle(24_000.0);
         assert_eq!(of(circle).grade(), Grade::Good);
         assert_eq!(of(Ellipse { p: 3000.0, ..circle }).warn, Findings::OFFSET);
         assert_eq!(of(Ellipse { r: 0.6, ..circle }).fail, Findings::GAIN);
-        let both = of(Ellipse { alpha: 0.2, q: 9000.0, ..circle });
+        let both = of(Ellipse { alpha: 0.2, q: 7300.0, ..circle });
         assert_eq!((both.warn, both.fail), (Findings::QUADRATURE, Findings::OFFSET));
         assert_eq!(both.warn.and(both.fail).to_string(), "offset, out of quadrature");
     }

@@ -1,6 +1,7 @@
 //! Sense: from the hardware counter to a position in the scale frame.
 
 pub mod correct;
+pub mod course;
 pub mod ellipse;
 pub mod harmonics;
 pub mod head;

@@ -56,8 +56,9 @@ impl Periods {
 /// Comparators turn the same two signals into the levels that are counted, so a count is a quarter of a period and the
 /// phase lies in it, but for the comparators' hysteresis, the offsets of the signals and the time between count and
 /// sample. The position is the one with the sample's phase that is nearest to the middle of the count: as long as both
-/// agree to half a period it is right, and neither can ever carry it off by a period. By how much they disagree is told,
-/// and it is a fault long before that ([`super::health`]).
+/// agree to half a period it is right, and noise in neither carries it off. By how much they disagree is told, and it is
+/// a fault long before that ([`super::health`]). What no disagreement shows is a loss of whole periods between two
+/// samples: four counts, or eight. The position jumps then, and [`super::course`] sees that.
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Join {
@@ -101,10 +102,13 @@ impl Join {
         self.sure
     }
 
-    /// The middle of a count, once count and phase have met.
-    pub fn middle(&self, count: i64) -> Option<Periods> {
-        self.offset?;
-        Some(Periods(self.begin(count).0.wrapping_add(QUARTER / 2)))
+    /// The place in the quadrant of a count that is nearest to another; that place itself until count and phase have met.
+    pub fn nearest_to(&self, place: Periods, count: i64) -> Periods {
+        if self.offset.is_none() {
+            return place;
+        }
+        let begin = self.begin(count);
+        place.clamp(begin, Periods(begin.0.wrapping_add(QUARTER)))
     }
 
     /// Where a count begins.
@@ -181,6 +185,12 @@ impl Unwrap {
         self.speed = position.way_from(last);
         self.last = Some(position);
         Followed { position, surprise: position.way_from(expected) as i32 }
+    }
+
+    /// Whether it goes slower than a part of a period in a tick, 2⁻³².
+    #[inline]
+    pub fn is_slower_than(&self, way: u32) -> bool {
+        self.speed.unsigned_abs() < u64::from(way)
     }
 
     /// A sample that did not come: goes on at the same speed.

@@ -6,7 +6,7 @@
 //! its symmetry, and the tick has no division.
 //!
 //! An update needs a whole round. It is taken only when the new ellipse fits better than chance allows, so that noise
-//! does not move a healthy signal's parameters.
+//! does not move a healthy signal's parameters; and it goes no farther than [`FARTHEST`] at once.
 
 use super::correct::{CODE_BITS, Correction};
 use super::ellipse::{Ellipse, FIRST, FitError, Normal};
@@ -21,10 +21,14 @@ const FEWEST: u16 = 400;
 /// An ellipse must fit better by so many times the scatter of one sample; five constants alone win 5, and 35 by chance
 /// once in a million.
 const BETTER: f64 = 35.0;
-/// Motion from one sample of a block to the next, 2⁻³² of a period: at least 1/128, so that a standing signal adds
-/// nothing, and at most 1/8, far below aliasing.
+/// From one sample of a block to the next, 2⁻³² of a period: at least 1/128, so that a standing signal adds nothing.
 const SLOWEST: u32 = 1 << 25;
-const FASTEST: u32 = 1 << 29;
+/// Slower than 1/8 of a period in a tick is slow enough to gather, 2⁻³²: channels that are sampled 200 ns apart are then
+/// 0.1° off, not more.
+pub const FASTEST: u32 = 1 << 29;
+/// An update changes no constant by more: offsets as parts of the radius, the ratio, the radius as a part, radians. What is
+/// farther off takes another block. A drift is slower by far; more at once is an accident that fits well by chance.
+pub const FARTHEST: f64 = 0.1;
 /// A sample farther from the circle than a quarter of its radius is a disturbance and not a sign of drift.
 const OFF_CIRCLE: u32 = 4;
 
@@ -34,31 +38,28 @@ const OFF_CIRCLE: u32 = 4;
 pub struct Gather {
     block: Block,
     empty: Block,
-    /// Phase of the last sample that was added, and of the last sample.
+    /// Phase of the last sample that was added.
     added: Phase,
-    last: Phase,
 }
 
 impl Gather {
     /// For signals around `centre` whose amplitude is `radius` codes.
     pub fn new(centre: [i16; 2], radius: u16) -> Self {
         let empty = Block::around(centre, radius.saturating_add(radius / 2));
-        Self { block: empty, empty, added: Phase(0), last: Phase(0) }
+        Self { block: empty, empty, added: Phase(0) }
     }
 
-    /// One sample with its corrected phase and radius; `nominal` is the radius of the circle, both with
+    /// One sample of a slow motion with its corrected phase and radius; `nominal` is the radius of the circle, both with
     /// [`CODE_BITS`]. True when the block is ready.
     ///
     /// A sample is added in two ticks, a half of the work in each; the one that comes between is not looked at.
     #[inline]
     pub fn sample(&mut self, sample: SinCos, polar: Polar, nominal: u32) -> bool {
-        let step = polar.phase.way_from(self.last).unsigned_abs();
-        self.last = polar.phase;
         if self.block.go_on() {
             return self.block.samples() >= FEWEST && self.block.is_round();
         }
         let way = polar.phase.way_from(self.added).unsigned_abs();
-        if step <= FASTEST && way >= SLOWEST && polar.radius.abs_diff(nominal) <= nominal / OFF_CIRCLE {
+        if way >= SLOWEST && polar.radius.abs_diff(nominal) <= nominal / OFF_CIRCLE {
             self.added = polar.phase;
             if !self.block.begin(sample.cos, sample.sin, polar.phase) {
                 // An arc, over and over.
@@ -68,9 +69,21 @@ impl Gather {
         false
     }
 
-    /// The block that is ready, for [`Recursive::update`]; the next one begins.
+    /// The block so far, for [`Recursive::update`] once it is ready.
+    pub fn block(&self) -> Block {
+        self.block
+    }
+
+    /// Begins the next block.
+    pub fn begin(&mut self) {
+        self.block = self.empty;
+    }
+
+    /// The block that is ready; the next one begins.
     pub fn take(&mut self) -> Block {
-        core::mem::replace(&mut self.block, self.empty)
+        let block = self.block;
+        self.begin();
+        block
     }
 }
 
@@ -126,9 +139,9 @@ impl Recursive {
             Err(error) => return Update::Refused(error),
         };
         match better {
-            Some(ellipse) => {
-                self.ellipse = ellipse;
-                Update::Changed(ellipse)
+            Some(found) => {
+                self.ellipse = towards(&self.ellipse, &found);
+                Update::Changed(self.ellipse)
             }
             None => Update::Kept,
         }
@@ -143,6 +156,19 @@ impl Recursive {
         let scatter = misfit / (sums.sum(0, 0) - FIRST as f64).max(1.0);
         let won = normal.misfit_of(now).map_or(f64::INFINITY, |before| before - misfit);
         Ok((won > BETTER * scatter).then_some(found))
+    }
+}
+
+/// The found ellipse, or as far towards it as an update may go.
+fn towards(now: &Ellipse, found: &Ellipse) -> Ellipse {
+    let step = |now: f64, found: f64, most: f64| found.clamp(now - most, now + most);
+    let codes = FARTHEST * now.radius;
+    Ellipse {
+        p: step(now.p, found.p, codes),
+        q: step(now.q, found.q, codes),
+        r: step(now.r, found.r, FARTHEST),
+        alpha: step(now.alpha, found.alpha, FARTHEST),
+        radius: step(now.radius, found.radius, codes),
     }
 }
 
@@ -276,10 +302,23 @@ mod tests {
     }
 
     #[test]
-    fn too_fast_too_far_and_nonsense_are_left_out() {
+    fn no_update_goes_farther_than_a_tenth() {
+        let far = Ellipse { p: 0.18 * RADIUS, q: -0.16 * RADIUS, r: 1.0, alpha: 0.0, radius: RADIUS };
         let mut recursive = Recursive::new(Ellipse::circle(RADIUS));
-        let fast = (0..20_000).map(|k| f64::from(k) * 0.31);
-        assert_eq!(run(&mut recursive, &POOR, 0.001, fast, 1), 0);
+        let mut before = *recursive.ellipse();
+        for (stretch, codes) in [(0, 0.1 * RADIUS), (1, 0.1 * RADIUS)] {
+            let turns = (0..1000).map(|k| f64::from(k) / 20.0 + 0.013);
+            assert_eq!(run(&mut recursive, &far, 0.002, turns, stretch), 1);
+            let now = *recursive.ellipse();
+            assert!((now.p - before.p).abs() <= codes && (now.q - before.q).abs() <= codes, "{now:?}");
+            before = now;
+        }
+        assert!((before.p - far.p).abs() < 0.005 * RADIUS, "{before:?}");
+    }
+
+    #[test]
+    fn what_is_far_off_the_circle_is_left_out() {
+        let mut recursive = Recursive::new(Ellipse::circle(RADIUS));
         let weak = Ellipse { radius: RADIUS / 2.0, ..POOR };
         assert_eq!(run(&mut recursive, &weak, 0.001, (0..20_000).map(|k| f64::from(k) * 0.03), 1), 0);
     }

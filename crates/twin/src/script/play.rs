@@ -289,6 +289,7 @@ fn name_of(fault: &Fault) -> String {
                 SignalFault::Missed => "missed",
                 SignalFault::Disagrees => "disagrees",
                 SignalFault::Fast => "fast",
+                SignalFault::Slipped => "slipped",
             };
             format!("signal {} {what}", axis_name(axis))
         }

@@ -12,7 +12,7 @@ mod work;
 
 use core::sync::atomic::{AtomicU32, Ordering};
 use signals::{Reading, SAMPLES};
-use work::{Bench, ROWS, UPDATE, measured};
+use work::{Bench, ROWS, refine};
 
 /// 0 while it runs; 1 at the end, 5 after a panic.
 #[unsafe(no_mangle)]
@@ -34,8 +34,7 @@ fn main() -> ! {
         let mut bench = Bench::new(row);
         SENSING_ROW.store(number as u32, Ordering::Relaxed);
         let found = bench.run(&readings, |head| {
-            SENSING_ROW.store(UPDATE as u32, Ordering::Relaxed);
-            _ = measured::head_update(head);
+            refine(head, |row| SENSING_ROW.store(row as u32, Ordering::Relaxed));
             SENSING_ROW.store(number as u32, Ordering::Relaxed);
         });
         hash.store(found, Ordering::Relaxed);
