@@ -108,7 +108,7 @@ impl Join {
             return place;
         }
         let begin = self.begin(count);
-        place.clamp(begin, Periods(begin.0.wrapping_add(QUARTER)))
+        place.max(begin).min(Periods(begin.0.wrapping_add(QUARTER)))
     }
 
     /// Where a count begins.
