@@ -2,12 +2,18 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
+use std::time::Instant;
 
 /// Edges of a part.
 const PART: u64 = 1 << 22;
 
-pub(crate) fn threads() -> u64 {
+fn threads() -> u64 {
     thread::available_parallelism().map_or(1, |count| count.get() as u64)
+}
+
+/// How long it took, for below a table.
+pub(crate) fn taken(began: Instant) -> String {
+    format!("{:.1} min on {} threads", began.elapsed().as_secs_f64() / 60.0, threads())
 }
 
 /// All parts of a run, whoever does them: `run` makes so many edges from a seed, `and` adds two tallies.

@@ -1,10 +1,10 @@
 //! The whole way of a position: signals, comparators, filter, counter, converter, head; tick by tick beside the truth.
 
-use super::grating::{Comparators, circle, ellipse, sample};
+use super::grating::{Comparators, PLACE, circle, ellipse, sample};
 use super::motion::{Motion, PERIOD, Pace, Turn};
 use abbe_core::edge::SinCos;
-use abbe_core::front::quadrature::levels;
 use abbe_core::front::QuadratureCounter;
+use abbe_core::front::quadrature::levels;
 use abbe_core::sense::harmonics::Harmonics;
 use abbe_core::sense::head::{Config, Head, Read};
 use rand::{RngExt, SeedableRng};
@@ -88,7 +88,7 @@ impl Tally {
 impl Track {
     /// What the project says a head may be asked for.
     pub(crate) fn at(pace: Pace, filter: u8) -> Self {
-        Self { pace, counted: true, known: true, filter, noise: 0.01, jitter: 60 }
+        Self { pace, counted: true, known: true, filter, noise: 0.005, jitter: 60 }
     }
 
     /// Runs over `edges` edges or a tick's more; the same for the same seed.
@@ -234,11 +234,15 @@ impl<'t> Run<'t> {
 
     /// The comparators look at their noise wherever it could matter; in between the stage goes straight on.
     fn look_until(&mut self, end: u64) {
-        let slowest = 1.0 / self.motion.speed(self.clock).max(self.motion.speed(end));
+        let clocks_a_place = PLACE as f64 / self.motion.speed(self.clock).max(self.motion.speed(end));
         let mut quiet = self.comparators.quiet(self.motion.at(self.clock), self.levels);
         loop {
-            let clocks = ((quiet as f64 * slowest) as u64).max(LOOK);
-            self.clock = self.clock.saturating_add(clocks);
+            self.clock += if quiet == 0 {
+                LOOK
+            } else {
+                // Nothing is as far as 2³² clocks.
+                u64::from((f64::from(quiet) * clocks_a_place) as u32).max(LOOK)
+            };
             if self.clock > end {
                 return;
             }

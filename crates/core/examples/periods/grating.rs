@@ -22,13 +22,14 @@ const STEP: f64 = 16.0;
 /// Noise of the samples, rms: the converter is slower than the comparators, and sees less of it.
 const SAMPLE_NOISE: f64 = 0.003;
 /// Hysteresis of the comparators, to each side.
-const HYSTERESIS: f64 = 0.02;
+const HYSTERESIS: f64 = 0.0075;
 /// Nothing of the noise is farther out, in its rms: √12.
 const FARTHEST: f64 = 3.4642;
 /// Places of a period at which the comparators know the signals: 0.2 nm apart.
 const PLACES: usize = 4096;
-/// A place, 2⁻³² of a period.
-const PLACE: u32 = 32 - PLACES.trailing_zeros();
+const BITS: u32 = 32 - PLACES.trailing_zeros();
+/// From one to the next, 2⁻³² of a period.
+pub(crate) const PLACE: i64 = 1 << BITS;
 
 /// The ellipse that these signals draw, codes.
 pub(crate) fn ellipse() -> Ellipse {
@@ -55,8 +56,10 @@ fn signals(place: i64) -> [f64; 2] {
 #[inline]
 fn noise(random: &mut Pcg64Mcg) -> f64 {
     let even: u64 = random.random();
-    let sum = (0..4).map(|k| (even >> (16 * k) & 0xffff) as u32).sum::<u32>();
-    (f64::from(sum) - 2.0 * 65_535.0) / (65_536.0 / 3.0_f64.sqrt())
+    let halves = 0x0000_ffff_0000_ffff;
+    let pairs = (even & halves) + (even >> 16 & halves);
+    let sum = (pairs as u32).wrapping_add((pairs >> 32) as u32);
+    (f64::from(sum) - 131_070.0) / 37_837.2
 }
 
 /// What the converter gives at a place.
@@ -84,7 +87,7 @@ pub(crate) struct Comparators {
 impl Comparators {
     /// For noise of so much rms.
     pub(crate) fn new(noise: f64) -> Self {
-        let middle = |place: usize| ((place as i64) << PLACE) + (1 << (PLACE - 1));
+        let middle = |place: usize| place as i64 * PLACE + PLACE / 2;
         let signals: Vec<_> = (0..PLACES).map(|place| signals(middle(place))).collect();
         let mut comparators = Self { noise, signals, quiet: vec![[PLACES as u32; 4]; PLACES] };
         for levels in 0..4 {
@@ -113,16 +116,18 @@ impl Comparators {
         below(levels, reach(farthest)) != levels || below(levels, reach(-farthest)) != levels
     }
 
-    /// The way from a place on which no level can change, 2⁻³² of a period; 0 if one may change now.
+    /// The way from a place on which no level can change, [`PLACE`]s; 0 if one may change now.
     #[inline]
-    pub(crate) fn quiet(&self, place: i64, levels: Levels) -> u64 {
-        u64::from(self.quiet[index(place)][levels].saturating_sub(1)) << PLACE
+    pub(crate) fn quiet(&self, place: i64, levels: Levels) -> u32 {
+        self.quiet[index(place)][levels].saturating_sub(1)
     }
 
-    /// The levels at a place, and at this moment's noise.
+    /// The levels at a place, and at this moment's noise; where one of them may change, the other may not, and both
+    /// may have the same.
     #[inline]
     pub(crate) fn compare(&self, place: i64, levels: Levels, random: &mut Pcg64Mcg) -> Levels {
-        below(levels, self.signals[index(place)].map(|signal| signal + self.noise * noise(random)))
+        let noise = self.noise * noise(random);
+        below(levels, self.signals[index(place)].map(|signal| signal + noise))
     }
 
     /// The levels at a place where somebody switches on.
@@ -133,7 +138,7 @@ impl Comparators {
 
 #[inline]
 fn index(place: i64) -> usize {
-    (place as u32 >> PLACE) as usize
+    (place as u32 >> BITS) as usize
 }
 
 /// A level is high while its signal is below zero; it changes when the signal is beyond by the hysteresis.

@@ -114,11 +114,7 @@ impl Motion {
             speed: sign * speed,
             change: sign * change,
         };
-        [
-            stretch(ramp, 0.0, acceleration),
-            stretch(rest, reached, 0.0),
-            stretch(ramp, reached, -acceleration),
-        ]
+        [stretch(ramp, 0.0, acceleration), stretch(rest, reached, 0.0), stretch(ramp, reached, -acceleration)]
     }
 
     /// Half of the ways are shorter than a period, as of a stage that shakes; a quarter are long enough for the top
