@@ -75,7 +75,7 @@ impl Learned {
             .then(|| {
                 pupil.runner.first.ok_or_else(|| {
                     no_answer(
-                        "no 400 samples that go all the way round at 1/128 … 1/8 of a period a sample, which --method recursive needs",
+                        "--method recursive needs 400 samples that go all the way round at 1/128 … 1/8 of a period a sample, and takes every other one; there are not so many",
                     )
                 })
             })
