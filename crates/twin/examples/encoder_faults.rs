@@ -161,9 +161,7 @@ impl Bench {
         }
         let sample = self.scale.sample(um_s);
         let read = self.head.read(sample, self.count, &self.config);
-        if let Some(refining) = self.head.refining() {
-            self.head.take_refined(refining.fit());
-        }
+        self.head.refine();
         let off = read.position.pm(self.config.period_pm) as f64 * 1e-6 - self.scale.position_um();
         if tick == LEARNS {
             self.zero_um = Some(off);

@@ -194,7 +194,7 @@ impl<'l> Follow<'l> {
 
     /// The next sample; its position.
     pub(crate) fn sample(&mut self, seen: &Seen<'_>) -> Periods {
-        let phase = self.corrector.sample(seen.codes);
+        let phase = self.corrector.sample(seen);
         let phase = self.table.map_or(phase, |table| table.take_off(phase));
         let followed = self.unwrap.next(phase);
         self.seen.place(followed.position, followed.surprise.unsigned_abs());

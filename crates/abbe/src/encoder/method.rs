@@ -2,11 +2,11 @@
 
 use super::samples::Fault;
 use super::signals::{Seen, Signals, whole_codes};
+use super::turns::Turns;
 use crate::cli::Method;
 use crate::failure::Failure;
 use abbe_core::sense::ellipse::{Ellipse, FitError};
 use abbe_core::sense::moments::Moments;
-use abbe_core::sense::peaks::Peaks;
 use abbe_core::sense::periods::Unwrap;
 use abbe_core::sense::phase::Phase;
 use abbe_core::sense::recursive::{FASTEST, Gather, Recursive, Update};
@@ -59,9 +59,9 @@ impl Learned {
             pupil.see(&seen, method);
             Ok(())
         })?;
-        let refused = |error: FitError| signals.samples.error(None, Fault::NoFit(pupil.reason(error)));
+        let no_answer = |reason: &str| signals.samples.error(None, Fault::NoFit(pupil.reason(reason)));
+        let refused = |error: FitError| no_answer(&error.to_string());
         let ellipse = Ellipse::fit(&pupil.moments).map_err(refused)?;
-        let no_answer = |reason: &str| signals.samples.error(None, Fault::NoFit(reason.into()));
         let taken = match method {
             Method::Heydemann => ellipse,
             Method::Moments => pupil.moments.estimate().map_err(refused)?,
@@ -78,7 +78,7 @@ impl Learned {
             .then(|| {
                 pupil.runner.first.ok_or_else(|| {
                     no_answer(
-                        "no 400 samples that go all the way round at 1/128 … 1/8 of a period a sample, which --method recursive needs",
+                        "--method recursive needs 400 samples that go all the way round at 1/128 … 1/8 of a period a sample, and takes every other one; there are not so many",
                     )
                 })
             })
@@ -98,7 +98,7 @@ impl Learned {
 /// All that learns in one pass.
 struct Pupil {
     moments: Moments,
-    peaks: [Peaks; 2],
+    turns: [Turns; 2],
     runner: Runner,
     cut: [u64; 2],
     kept: u64,
@@ -110,10 +110,11 @@ impl Pupil {
         let middle = [0, 1].map(|c| (channels[c].middle() - scale.middle[c]) * scale.codes);
         let half = channels.map(|channel| channel.half() * scale.codes);
         let hysteresis = half.map(|half| (2.0 * HYSTERESIS * half).round() as u16);
+        let cuts = signals.cut_codes();
         let rough = Ellipse { p: middle[0], q: middle[1], r: half[0] / half[1], alpha: 0.0, radius: half[0] };
         Self {
             moments: Moments::around(middle),
-            peaks: hysteresis.map(Peaks::new),
+            turns: [0, 1].map(|channel| Turns::new(hysteresis[channel], cuts[channel])),
             runner: Runner::new(Recursive::new(rough)),
             cut: [0; 2],
             kept: 0,
@@ -129,30 +130,25 @@ impl Pupil {
         match method {
             Method::Peaks => {
                 let codes = whole_codes(seen.codes);
-                self.peaks
+                self.turns
                     .iter_mut()
                     .zip([codes.cos, codes.sin])
-                    .for_each(|(peaks, code)| peaks.sample(code));
+                    .for_each(|(turns, code)| turns.sample(code));
             }
-            Method::Recursive => _ = self.runner.sample(seen.codes),
+            Method::Recursive => _ = self.runner.sample(seen),
             Method::Heydemann | Method::Moments | Method::None => {}
         }
     }
 
     /// Offsets by paper B's extremes, and nothing else.
     fn turned(&self) -> Option<Ellipse> {
-        let [p, q] = self.peaks.map(|peaks| peaks.offset().map(f64::from));
-        let radius = f64::from(self.peaks[0].amplitude()?);
-        Some(Ellipse { p: p?, q: q?, ..Ellipse::circle(radius) })
+        let [(p, radius), (q, _)] = [self.turns[0].circle()?, self.turns[1].circle()?];
+        Some(Ellipse { p, q, ..Ellipse::circle(radius) })
     }
 
-    fn reason(&self, error: FitError) -> String {
+    fn reason(&self, reason: &str) -> String {
         let cut: u64 = self.cut.iter().sum();
-        if cut > 0 {
-            format!("{error} ({cut} samples at full scale were left out)")
-        } else {
-            error.to_string()
-        }
+        if cut > 0 { format!("{reason} ({cut} samples at full scale were left out)") } else { reason.into() }
     }
 }
 
@@ -164,11 +160,13 @@ impl Runner {
         Self { recursive, gather, way: Unwrap::default(), first: None }
     }
 
-    fn sample(&mut self, codes: [f64; 2]) -> Phase {
-        let sample = whole_codes(codes);
+    fn sample(&mut self, seen: &Seen<'_>) -> Phase {
+        let sample = whole_codes(seen.codes);
         let polar = self.recursive.correction().polar(sample);
         self.way.next(polar.phase);
-        if self.way.is_slower_than(FASTEST) && self.gather.sample(sample, polar, self.recursive.nominal()) {
+        // As in the tick: what the converter has cut off draws no ellipse, and a fast motion a skewed one.
+        let worth = !seen.is_cut() && self.way.is_slower_than(FASTEST);
+        if worth && self.gather.sample(sample, polar, self.recursive.nominal()) {
             let update = self.recursive.update(&self.gather.take().moments());
             if !matches!(update, Update::Refused(_)) {
                 self.first.get_or_insert(self.recursive);
@@ -180,10 +178,10 @@ impl Runner {
 
 impl Corrector {
     /// The phase of the next sample.
-    pub(crate) fn sample(&mut self, codes: [f64; 2]) -> Phase {
+    pub(crate) fn sample(&mut self, seen: &Seen<'_>) -> Phase {
         match self {
-            Self::Fixed(ellipse) => phase_of(ellipse.turns(codes[0], codes[1])),
-            Self::Running(runner) => runner.sample(codes),
+            Self::Fixed(ellipse) => phase_of(ellipse.turns(seen.codes[0], seen.codes[1])),
+            Self::Running(runner) => runner.sample(seen),
         }
     }
 }

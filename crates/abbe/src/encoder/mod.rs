@@ -6,6 +6,7 @@
 //! | [`survey`] | first pass: extremes, piles at them, converter codes, times |
 //! | [`signals`] | the samples as codes, through paper B's first limit filter if asked |
 //! | [`method`] | second pass: the ellipse that the signals draw, and what a method takes off |
+//! | [`turns`] | extremes of a channel that were seen whole |
 //! | [`follow`] | third pass: phases, positions, radius and noise |
 //! | [`stretches`] | harmonics of the phase error beside straight lines |
 //! | [`error`] | the error inside a period before and after |
@@ -21,5 +22,6 @@ pub(crate) mod samples;
 pub(crate) mod signals;
 pub(crate) mod stretches;
 pub(crate) mod survey;
+pub(crate) mod turns;
 #[cfg(test)]
 mod tests;

@@ -81,6 +81,12 @@ impl<'f> Signals<'f> {
         Self { samples, survey, scale, cuts: survey.cuts(), limit }
     }
 
+    /// The codes from which on the samples of each channel are cut off, below and above.
+    pub(crate) fn cut_codes(&self) -> [[f64; 2]; 2] {
+        let Scale { middle, codes, .. } = self.scale;
+        [0, 1].map(|channel| self.cuts[channel].map(|end| (end - middle[channel]) * codes))
+    }
+
     /// Shows every sample to `look`, from the first on.
     ///
     /// # Errors

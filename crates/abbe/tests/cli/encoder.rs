@@ -183,6 +183,17 @@ fn codes_of_a_converter_say_what_it_adds_and_where_it_ends() {
 }
 
 #[test]
+fn extremes_that_were_cut_off_are_none_and_it_is_said_how_many_samples_were_left_out() {
+    let dir = tempfile::tempdir().unwrap();
+    let made = Made { amplitude: 1600.0, noise: 0.001, ..MADE };
+    let cut: Vec<[f64; 2]> =
+        made.rows().into_iter().map(|row| row.map(|code| code.round().clamp(-2048.0, 1500.0))).collect();
+    write_rows(dir.path(), "cut.csv", 0, &cut);
+    let asked = ["encoder", "cut.csv", "--period-um", "0.8", "--bits", "12", "--method", "peaks"];
+    refused(dir.path(), &asked, 1, &["cut.csv", "maximum", "were left out", "--method peaks"]);
+}
+
+#[test]
 fn wild_samples_are_kept_out_by_the_limit_filter_and_backwards_is_backwards() {
     let dir = tempfile::tempdir().unwrap();
     let made = Made { samples: 4000, noise: 0.001, speed: -0.0313, ..MADE };

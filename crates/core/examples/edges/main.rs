@@ -3,15 +3,16 @@
 //! `cargo run --release -p abbe-core --example edges -- 1000000000`
 //!
 //! The argument is the number of edges at each speed. Edges come early or late, comparators chatter, noise puts pulses
-//! on both channels, and the stage turns at every phase. The same number gives the same table on every machine.
+//! on both channels, and the stage turns at every phase. The same number gives the same table on every machine. What
+//! becomes of the counts in a reading head: `periods`.
 
 mod line;
+mod parts;
 
 use abbe_core::front::filter_for;
 use line::{Line, Tally};
+use parts::{all, taken};
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::thread;
 use std::time::Instant;
 
 /// Paper B's grating interferometer.
@@ -20,8 +21,6 @@ const COUNT_UM: f64 = 0.2;
 const SPEEDS_MM_S: [u32; 2] = [5, 50];
 /// Pulses shorter than this are noise.
 const PULSE_NS: u32 = 100;
-/// Edges of a run with a seed of its own.
-const PART: u64 = 1 << 22;
 
 fn main() -> ExitCode {
     let argument = std::env::args().nth(1).unwrap_or_else(|| "100000000".into());
@@ -37,7 +36,8 @@ fn main() -> ExitCode {
     println!("|---:|---:|---|---|---:|---:|---:|---:|---:|");
     let (began, mut lost) = (Instant::now(), 0);
     for speed in SPEEDS_MM_S {
-        let tally = all(Line::at(f64::from(speed), COUNT_UM, filter), edges, u64::from(speed));
+        let line = Line::at(f64::from(speed), COUNT_UM, filter);
+        let tally = all(edges, u64::from(speed), |edges, seed| line.run(edges, seed), Tally::and);
         let [backward, forward] = tally.turns.map(|turns| turns.map(|turns| turns.to_string()).join(", "));
         println!(
             "| {speed} | {} | {forward} | {backward} | {} | {} | {} | {} | {} |",
@@ -45,35 +45,6 @@ fn main() -> ExitCode {
         );
         lost += tally.lost + tally.illegal;
     }
-    println!(
-        "\nFilter {filter} clocks; {:.1} min on {} threads.",
-        began.elapsed().as_secs_f64() / 60.0,
-        threads()
-    );
+    println!("\nFilter {filter} clocks; {}.", taken(began));
     if lost == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
-}
-
-fn threads() -> u64 {
-    thread::available_parallelism().map_or(1, |count| count.get() as u64)
-}
-
-/// All parts of a run, whoever does them.
-fn all(line: Line, edges: u64, seed: u64) -> Tally {
-    let next = AtomicU64::new(0);
-    let work = || {
-        let mut tally = Tally::default();
-        loop {
-            let part = next.fetch_add(1, Ordering::Relaxed);
-            let left = edges.saturating_sub(part.saturating_mul(PART));
-            if left == 0 {
-                return tally;
-            }
-            tally = tally.and(&line.run(left.min(PART), (seed << 32) + part));
-        }
-    };
-    thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads()).map(|_| scope.spawn(work)).collect();
-        let tallies = workers.into_iter().map(|worker| worker.join().expect("a worker does not panic"));
-        tallies.fold(Tally::default(), |sum, tally| sum.and(&tally))
-    })
 }

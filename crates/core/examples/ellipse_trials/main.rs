@@ -4,6 +4,7 @@
 
 mod trials;
 
+use abbe_core::sense::correct::{Correction, Residual};
 use abbe_core::sense::phase::polar;
 use std::f64::consts::TAU;
 use trials::{Method, Motion, PERIOD_NM, mean, p95};
@@ -19,6 +20,9 @@ const FILLED: f64 = 0.9;
 const PLACES: u32 = 1_000_000;
 
 fn main() {
+    let plain = Motion { samples: 0, noise: 0.0, third: 0.0 };
+    let taken_as_they_are = plain.left_nm(&Correction::NONE, &Residual::NONE);
+    println!("The signals taken as they are: {taken_as_they_are:.2} nm peak.\n");
     println!("Peak error left by the ellipse, nm of {PERIOD_NM}, mean / p95 of {TRIALS} signals:\n");
     println!(
         "| samples | noise | Heydemann | moments | peaks (paper B) | recursive |\n|---:|---:|---:|---:|---:|---:|"

@@ -1,4 +1,5 @@
-//! What reading an analogue encoder costs this machine, sample by sample, beside other ways to an angle.
+//! What reading an analogue encoder costs this machine, sample by sample, beside other ways to an angle; and what it
+//! keeps.
 //!
 //! `cargo run --release -p abbe-core --example sensing_speed`
 //!
@@ -8,6 +9,9 @@ mod signals;
 #[allow(dead_code, reason = "budgets are for a Cortex-M0+")]
 mod work;
 
+use abbe_core::sense::correct::Residual;
+use abbe_core::sense::head::{Config, Head};
+use abbe_core::sense::recursive::{Gather, Recursive};
 use signals::{Reading, SAMPLES};
 use std::f64::consts::TAU;
 use std::time::Instant;
@@ -15,6 +19,15 @@ use work::{Bench, ROWS, Work, measured, refine};
 
 /// Every row is run so often; the fastest run is the least disturbed.
 const TIMES: usize = 2001;
+
+/// What an axis keeps. No pointer is in it, so that a Cortex-M0+ needs as much.
+const SIZES: [(&str, usize); 5] = [
+    ("all that a head remembers", size_of::<Head>()),
+    ("of it the table of harmonics", size_of::<Residual>()),
+    ("of it the sums that the tick gathers", size_of::<Gather>()),
+    ("of it the recursion", size_of::<Recursive>()),
+    ("its settings", size_of::<Config>()),
+];
 
 fn main() {
     let mut readings = vec![Reading::NONE; SAMPLES];
@@ -28,6 +41,10 @@ fn main() {
             _ => nanoseconds_of(row, &readings, &mut between),
         };
         println!("| {} | {ns:.1} | {} |", row.name, error(row.work));
+    }
+    println!("\n| what an axis needs in RAM | bytes |\n|---|---:|");
+    for (what, bytes) in SIZES {
+        println!("| {what} | {bytes} |");
     }
 }
 

@@ -110,6 +110,8 @@ impl Head {
         let meets = config.counted && !self.join.is_sure();
         // A vector too short to have a phase says nothing about the place.
         let (position, beside, slipped) = if self.health.is_short(polar.radius) {
+            // Its comparators may not count any more.
+            self.course.coast();
             (self.bridged(count, config), 0, false)
         } else {
             self.place(count, phase, config)
@@ -138,6 +140,7 @@ impl Head {
         self.course = Course::default();
     }
 
+    /// Where the head is, what of it is not as it should be, and whether it slipped.
     #[inline]
     fn place(&mut self, count: i64, phase: Phase, config: &Config) -> (Periods, i32, bool) {
         if config.counted {
@@ -158,8 +161,10 @@ impl Head {
     /// No sample.
     #[cold]
     fn bridge(&mut self, count: i64, config: &Config) -> Read {
-        let fault = self.health.miss();
+        let missed = self.health.miss();
         self.last = self.bridged(count, config);
+        let slipped = config.counted && self.course.next(self.last);
+        let fault = if slipped { Some(SignalFault::Slipped) } else { missed };
         let position = if config.factor == 0 { self.last } else { self.stepped(config) };
         Read { position, fault }
     }
@@ -168,8 +173,8 @@ impl Head {
     #[cold]
     fn bridged(&mut self, count: i64, config: &Config) -> Periods {
         if config.counted {
-            let coasted = Periods(self.last.0.wrapping_add(self.course.coast()));
-            self.join.nearest_to(coasted, count)
+            let gone_on = Periods(self.last.0.wrapping_add(self.course.way()));
+            self.join.nearest_to(gone_on, count)
         } else {
             self.unwrap.miss().unwrap_or(self.last)
         }
@@ -255,6 +260,13 @@ impl Head {
             self.correction = changed.correction;
             self.nominal = changed.nominal;
             self.health.take_shape(changed.shape);
+        }
+    }
+
+    /// All of it at once, for who can wait for a fit.
+    pub fn refine(&mut self) {
+        if let Some(refining) = self.refining() {
+            self.take_refined(refining.fit());
         }
     }
 
