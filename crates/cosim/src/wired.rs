@@ -76,7 +76,7 @@ impl Wired {
         self.board.run_until(over + 1);
         let seen = self.take_pulses(over);
         let chosen = choose(&seen);
-        let drives = [0, 1].map(|axis| Drive { enable: self.enabled, pulses: chosen[axis] });
+        let drives = [0, 1].map(|axis| Drive { enable: self.enabled, pulses: chosen[axis], duty: 0 });
         for (axis, halves) in chosen.iter().enumerate() {
             self.forget_rises(axis, halves[1]);
         }

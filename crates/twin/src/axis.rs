@@ -1,15 +1,55 @@
-//! The mechanics of one axis: stepper, ball screw, slide, end stops.
+//! The mechanics of one axis: motor, screw, slide, end stops.
 
+use crate::dc_motor::DcMotor;
 use crate::friction::LuGre;
 use crate::noise::Noise;
-use crate::plant::{AxisPlant, LoadPlant};
+use crate::plant::{AxisPlant, LoadPlant, MotorPlant};
 use crate::stepper::Stepper;
 use crate::trig::sin_turns;
+
+/// What turns the screw.
+#[derive(Clone, Debug)]
+enum Motor {
+    Stepper(Stepper),
+    Dc(DcMotor),
+}
+
+impl Motor {
+    /// Shaft angle, turns.
+    fn angle(&self) -> f64 {
+        match self {
+            Self::Stepper(motor) => motor.angle,
+            Self::Dc(motor) => motor.angle,
+        }
+    }
+
+    /// Shaft speed, turns/s.
+    fn speed(&self) -> f64 {
+        match self {
+            Self::Stepper(motor) => motor.speed,
+            Self::Dc(motor) => motor.speed,
+        }
+    }
+
+    fn turn_to(&mut self, angle: f64) {
+        match self {
+            Self::Stepper(motor) => motor.angle = angle,
+            Self::Dc(motor) => motor.angle = angle,
+        }
+    }
+
+    fn step(&mut self, pulses: i32, load: f64, dt: f64) {
+        match self {
+            Self::Stepper(motor) => motor.step(pulses, load, dt),
+            Self::Dc(motor) => motor.step(load, dt),
+        }
+    }
+}
 
 /// The moving parts of an axis; the slide's place is in metres from the reference mark, by the true measure.
 #[derive(Clone, Debug)]
 pub struct Mechanics {
-    motor: Stepper,
+    motor: Motor,
     friction: LuGre,
     /// Metres a turn.
     lead: f64,
@@ -43,7 +83,13 @@ impl Mechanics {
         let extra = load.friction_n_kg * load.kg;
         let mass = plant.mass_kg + load.kg;
         let stiffness = plant.screw.stiffness_n_um * 1e6;
-        let motor = Stepper::new(&plant.motor, plant.motor.inertia_kg_mm2 * 1e-6, noise.uniform(0.0, 1.0));
+        let microstep_phase = noise.uniform(0.0, 1.0);
+        let motor = match &plant.motor {
+            MotorPlant::Stepper(motor) => {
+                Motor::Stepper(Stepper::new(motor, motor.inertia_kg_mm2 * 1e-6, microstep_phase))
+            }
+            MotorPlant::Dc(motor) => Motor::Dc(DcMotor::new(motor)),
+        };
         let lead = plant.screw.lead_mm * 1e-3;
         let mut mechanics = Self {
             motor,
@@ -69,13 +115,17 @@ impl Mechanics {
             speed: 0.0,
             bristles: 0.0,
         };
-        mechanics.motor.angle = (mechanics.place + noise.uniform(-0.5, 0.5) * mechanics.backlash) / lead;
+        let nut = mechanics.place + noise.uniform(-0.5, 0.5) * mechanics.backlash;
+        mechanics.motor.turn_to(nut / lead);
         mechanics
     }
 
-    /// Switches the motor's current.
-    pub fn energise(&mut self, on: bool, pulses: i32) {
-        self.motor.energise(on, pulses);
+    /// Switches the power stage: a stepper starts at `pulses` emitted so far, a bridge has `duty`, full scale ±2¹⁵.
+    pub fn energise(&mut self, on: bool, pulses: i32, duty: i16) {
+        match &mut self.motor {
+            Motor::Stepper(motor) => motor.energise(on, pulses),
+            Motor::Dc(motor) => motor.energise(on, duty),
+        }
     }
 
     /// One step of `dt` seconds.
@@ -93,7 +143,7 @@ impl Mechanics {
 
     /// Where the nut would put the slide without backlash, m.
     fn nut(&self) -> f64 {
-        self.motor.angle * self.lead + self.wobble * sin_turns(self.motor.angle + self.wobble_phase)
+        self.motor.angle() * self.lead + self.wobble * sin_turns(self.motor.angle() + self.wobble_phase)
     }
 
     /// Force of the nut on the slide, N: nothing inside the backlash.
@@ -103,7 +153,7 @@ impl Mechanics {
         if bent == 0.0 {
             return 0.0;
         }
-        let force = self.stiffness * bent + self.damping * (self.motor.speed * self.lead - self.speed);
+        let force = self.stiffness * bent + self.damping * (self.motor.speed() * self.lead - self.speed);
         // Balls push, they do not pull.
         if bent > 0.0 { force.max(0.0) } else { force.min(0.0) }
     }

@@ -1,10 +1,15 @@
 //! Guides that are not straight: where the table's centre is when the slides are somewhere.
 //!
-//! The error model of stacked slides with X carrying Y, in ISO 230-1 symbols. Each slide's rotations act over the
-//! offset from its own scale:
+//! The error model of stacked slides, in ISO 230-1 symbols. Each slide's rotations act over the offset from its own
+//! scale. X carries Y, as in paper A's stage:
 //!
 //! dX = EXY(y) − a·y − ECX(x)(y + py) − ECY(y) py + EBX(x) pz + EBY(y) pz
 //! dY = EYX(x) + ECX(x) px + ECY(y) px − EAX(x) pz − EAY(y) pz
+//!
+//! Y carries X, as in paper B's (row B1):
+//!
+//! dX = EXY(y) − ECX(x) py − ECY(y) py + EBX(x) pz + EBY(y) pz
+//! dY = EYX(x) − a·x + ECY(y)(x + px) + ECX(x) px − EAX(x) pz − EAY(y) pz
 //!
 //! with x, y from the middle of the travel. EXX and EYY are in the scales.
 
@@ -76,6 +81,7 @@ pub struct Geometry {
     sideways_um: f64,
     down_um: f64,
     centre_um: f64,
+    y_carries_x: bool,
 }
 
 impl Geometry {
@@ -89,22 +95,34 @@ impl Geometry {
             sideways_um: settings.scale_sideways_mm * 1e3,
             down_um: settings.scale_down_mm * 1e3,
             centre_um: settings.travel_mm * 500.0,
+            y_carries_x: settings.y_carries_x,
         }
     }
 
     /// How far the table's centre is from where the two slides alone would put it, µm.
     pub fn deviation_um(&self, slides_um: [f64; 2]) -> [f64; 2] {
         let [x, y] = slides_um;
-        let across = y - self.centre_um;
         let (sideways, down) = (self.sideways_um, self.down_um);
         let (xy, yx) = (self.y.straightness.at(y), self.x.straightness.at(x));
         let (ecx, ecy) = (self.x.yaw.at(x), self.y.yaw.at(y));
         let (ebx, eby) = (self.x.pitch.at(x), self.y.roll.at(y));
         let (eax, eay) = (self.x.roll.at(x), self.y.pitch.at(y));
-        [
-            xy - self.squareness * across - ecx * (across + sideways) - ecy * sideways + (ebx + eby) * down,
-            yx + (ecx + ecy) * sideways - (eax + eay) * down,
-        ]
+        // The lower slide turns what the upper one has moved on it, and the axes are square to its way.
+        if self.y_carries_x {
+            let across = x - self.centre_um;
+            [
+                xy - (ecx + ecy) * sideways + (ebx + eby) * down,
+                yx - self.squareness * across + ecy * (across + sideways) + ecx * sideways
+                    - (eax + eay) * down,
+            ]
+        } else {
+            let across = y - self.centre_um;
+            [
+                xy - self.squareness * across - ecx * (across + sideways) - ecy * sideways
+                    + (ebx + eby) * down,
+                yx + (ecx + ecy) * sideways - (eax + eay) * down,
+            ]
+        }
     }
 }
 
@@ -124,6 +142,7 @@ mod tests {
 
     fn geometry() -> Geometry {
         let settings = GeometryPlant {
+            y_carries_x: false,
             travel_mm: 100.0,
             scale_sideways_mm: 60.0,
             scale_down_mm: 10.0,
@@ -169,6 +188,25 @@ mod tests {
                 (g.y.yaw.at(y), g.y.pitch.at(y), g.y.roll.at(y), g.y.straightness.at(y));
             let dx = exy - a * yc - ecx * (yc + py) - ecy * py + ebx * pz + eby * pz;
             let dy = eyx + ecx * px + ecy * px - eax * pz - eay * pz;
+            let [found_x, found_y] = g.deviation_um([x, y]);
+            assert!((found_x - dx).abs() < 1e-9 && (found_y - dy).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn the_deviation_is_the_model_of_the_other_order_too() {
+        let mut g = geometry();
+        g.y_carries_x = true;
+        let mut noise = Noise::new(2, "places");
+        for _ in 0..100 {
+            let [x, y] = [noise.uniform(0.0, 1e5), noise.uniform(0.0, 1e5)];
+            let (a, px, py, pz, xc) = (20.0 / ARCSEC, 6e4, 6e4, 1e4, x - 5e4);
+            let (ecx, ebx, eax, eyx) =
+                (g.x.yaw.at(x), g.x.pitch.at(x), g.x.roll.at(x), g.x.straightness.at(x));
+            let (ecy, eay, eby, exy) =
+                (g.y.yaw.at(y), g.y.pitch.at(y), g.y.roll.at(y), g.y.straightness.at(y));
+            let dx = exy - ecx * py - ecy * py + ebx * pz + eby * pz;
+            let dy = eyx - a * xc + ecy * (xc + px) + ecx * px - eax * pz - eay * pz;
             let [found_x, found_y] = g.deviation_um([x, y]);
             assert!((found_x - dx).abs() < 1e-9 && (found_y - dy).abs() < 1e-9);
         }

@@ -15,11 +15,13 @@ pub struct Drive {
     /// Step pulses so far at the middle and at the end of the tick, signed by their direction; they wrap and begin at
     /// zero.
     pub pulses: [i32; 2],
+    /// Duty of the bridge of a DC motor in this tick, full scale ±2¹⁵.
+    pub duty: i16,
 }
 
 impl Drive {
     /// Off, and never a pulse yet.
-    pub const OFF: Self = Self { enable: false, pulses: [0; 2] };
+    pub const OFF: Self = Self { enable: false, pulses: [0; 2], duty: 0 };
 }
 
 /// What a board sees of an axis.

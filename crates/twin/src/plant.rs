@@ -2,7 +2,14 @@
 
 use crate::camera::CameraSettings;
 use serde::Deserialize;
-use std::fmt;
+
+mod error;
+mod head;
+mod motor;
+
+pub use error::{PresetError, line_of};
+pub use head::HeadPlant;
+pub use motor::{DcPlant, MotorPlant, StepperPlant};
 
 /// Everything that is true of a stage and its surroundings.
 #[derive(Clone, Debug, Deserialize)]
@@ -43,32 +50,12 @@ pub struct AxisPlant {
     pub friction: FrictionPlant,
     /// Scale and reading head.
     pub scale: ScalePlant,
+    /// The head, if it puts out a sine and a cosine; without this table it puts out square waves.
+    pub head: Option<HeadPlant>,
     /// Limit switches.
     pub switches: SwitchPlant,
     /// End stops.
     pub stops: StopPlant,
-}
-
-/// A stepper.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MotorPlant {
-    /// Full steps a turn.
-    pub full_steps: u32,
-    /// Pulses a full step.
-    pub microsteps: u32,
-    /// Holding torque, N·m.
-    pub holding_torque_nm: f64,
-    /// Detent torque, N·m.
-    pub detent_torque_nm: f64,
-    /// Speed at which the torque has fallen to 1/√2, rev/s.
-    pub corner_rev_s: f64,
-    /// Rotor, coupling and screw, kg·mm².
-    pub inertia_kg_mm2: f64,
-    /// Damping ratio of the rotor's resonance.
-    pub damping_ratio: f64,
-    /// Peak microstep error, part of a full step.
-    pub microstep_error: f64,
 }
 
 /// A ball screw.
@@ -167,6 +154,9 @@ pub struct StopPlant {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GeometryPlant {
+    /// The Y slide carries the X slide (paper B's stage); without this key X carries Y (paper A's).
+    #[serde(default)]
+    pub y_carries_x: bool,
     /// Travel over which the waves below are counted, mm.
     pub travel_mm: f64,
     /// Scale to table centre, sideways, mm.
@@ -255,49 +245,6 @@ pub struct ThermometerPlant {
     pub noise_k: f64,
 }
 
-/// A preset that cannot be used.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub struct PresetError {
-    /// The file, or the name of a built-in preset.
-    pub file: String,
-    /// Line, from 1.
-    pub line: Option<usize>,
-    /// What is wrong.
-    pub message: String,
-}
-
-impl fmt::Display for PresetError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.file)?;
-        if let Some(line) = self.line {
-            write!(f, ":{line}")?;
-        }
-        write!(f, ": {}", self.message)
-    }
-}
-
-impl PresetError {
-    /// What the TOML reader found wrong in the text of `file`; an unknown key gets the nearest known one.
-    pub fn from_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
-        let line = error.span().map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count());
-        Self { file: file.to_owned(), line, message: with_nearest(error.message()) }
-    }
-}
-
-/// "unknown field `a`, expected one of `b`, `c`" becomes a question.
-fn with_nearest(message: &str) -> String {
-    let mut names = message.split('`').skip(1).step_by(2);
-    let (Some(unknown), true) = (names.next(), message.starts_with("unknown field")) else {
-        return message.trim().replace('\n', " ");
-    };
-    let nearest =
-        names.max_by(|a, b| strsim::jaro_winkler(unknown, a).total_cmp(&strsim::jaro_winkler(unknown, b)));
-    match nearest {
-        Some(nearest) => format!("unknown key `{unknown}`; the nearest valid one is `{nearest}`"),
-        None => format!("unknown key `{unknown}`; no key is valid here"),
-    }
-}
-
 /// The two halves; the controller's is somebody else's.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -366,27 +313,11 @@ impl Plant {
     }
 }
 
-/// The line on which `key` is set below `header`.
-pub fn line_of(text: &str, header: &str, key: &str) -> Option<usize> {
-    let mut lines = text.lines().enumerate().skip_while(|(_, line)| !line.starts_with(header)).skip(1);
-    lines
-        .find(|(_, line)| line.split('=').next().is_some_and(|name| name.trim() == key))
-        .map(|(number, _)| number + 1)
-}
-
 impl AxisPlant {
     fn ranges(&self) -> Vec<Range> {
-        let (motor, screw, friction, scale) = (&self.motor, &self.screw, &self.friction, &self.scale);
-        vec![
+        let (screw, friction, scale) = (&self.screw, &self.friction, &self.scale);
+        let mut ranges = vec![
             Range("", "mass_kg", self.mass_kg, 0.1, 1000.0),
-            Range(".motor", "full_steps", f64::from(motor.full_steps), 4.0, 10_000.0),
-            Range(".motor", "microsteps", f64::from(motor.microsteps), 1.0, 1024.0),
-            Range(".motor", "holding_torque_nm", motor.holding_torque_nm, 1e-3, 100.0),
-            Range(".motor", "detent_torque_nm", motor.detent_torque_nm, 0.0, 100.0),
-            Range(".motor", "corner_rev_s", motor.corner_rev_s, 0.1, 1e4),
-            Range(".motor", "inertia_kg_mm2", motor.inertia_kg_mm2, 0.1, 1e5),
-            Range(".motor", "damping_ratio", motor.damping_ratio, 0.0, 2.0),
-            Range(".motor", "microstep_error", motor.microstep_error, 0.0, 1.0),
             Range(".screw", "lead_mm", screw.lead_mm, 0.05, 100.0),
             Range(".screw", "once_per_turn_um", screw.once_per_turn_um, 0.0, 1000.0),
             Range(".screw", "backlash_um", screw.backlash_um, 0.0, 1000.0),
@@ -418,7 +349,15 @@ impl AxisPlant {
             Range(".switches", "bounce_ms", self.switches.bounce_ms, 0.0, 1000.0),
             Range(".stops", "low_mm", self.stops.low_mm, -1000.0, 1000.0),
             Range(".stops", "high_mm", self.stops.high_mm, self.stops.low_mm, 1000.0),
-        ]
+        ];
+        ranges.extend(self.motor.ranges());
+        if let Some(head) = &self.head {
+            // The comparators make four counts of a period, whatever the file says.
+            let count = scale.grating_um / 4.0;
+            ranges.push(Range(".scale", "count_um", scale.count_um, count, count));
+            ranges.extend(head.ranges());
+        }
+        ranges
     }
 }
 
@@ -470,11 +409,5 @@ mod tests {
             let error = Plant::read("m.toml", &text).unwrap_err();
             assert_eq!(error.line, Some(line), "{error}");
         }
-    }
-
-    #[test]
-    fn an_unknown_key_gets_the_nearest_valid_one() {
-        let message = with_nearest("unknown field `masss_kg`, expected one of `mass_kg`, `motor`, `screw`");
-        assert_eq!(message, "unknown key `masss_kg`; the nearest valid one is `mass_kg`");
     }
 }

@@ -63,8 +63,11 @@ impl Board {
         for ((drive, emitter), output) in drives.iter_mut().zip(&mut self.emitters).zip(&outputs.axes) {
             let Actuation::Steps(rate) = output.actuation else { unreachable!() };
             emitter.begin_tick(if output.enable { rate } else { StepRate(0) });
-            *drive =
-                Drive { enable: output.enable, pulses: [TICK / 2, TICK].map(|at| emitter.pulses_at(at)) };
+            *drive = Drive {
+                enable: output.enable,
+                pulses: [TICK / 2, TICK].map(|at| emitter.pulses_at(at)),
+                duty: 0,
+            };
         }
         let wires = self.twin.step_pins(&drives);
         let start = self.tick * u64::from(TICK);
