@@ -9,8 +9,10 @@ use serde::Deserialize;
 use std::path::Path;
 
 /// The presets that come with the program.
-const BUILT_IN: [(&str, &str); 1] =
-    [("microscope-100", include_str!("../../../presets/microscope-100.toml"))];
+const BUILT_IN: [(&str, &str); 2] = [
+    ("microscope-100", include_str!("../../../presets/microscope-100.toml")),
+    ("litho-120", include_str!("../../../presets/litho-120.toml")),
+];
 
 /// The preset that is meant when none is named.
 pub(crate) const USUAL: &str = "microscope-100";

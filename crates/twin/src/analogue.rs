@@ -195,3 +195,6 @@ impl Analogue {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

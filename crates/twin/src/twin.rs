@@ -303,6 +303,11 @@ impl Twin {
         }
     }
 
+    /// The head of an axis puts out a sine and a cosine.
+    pub fn has_analogue_head(&self, axis: usize) -> bool {
+        self.axes[axis].scale.is_analogue()
+    }
+
     /// The controller sleeps; the stage goes on with what it was told last, and what it shows meanwhile is lost.
     fn go_on_alone(&mut self, ticks: u32) {
         let outputs = self.outputs;

@@ -2,6 +2,7 @@
 
 use super::{Expectation, Line, Step, Within};
 use crate::Event;
+use crate::analogue::{Channel, Dirt, HeadEvent};
 use abbe_core::machine::{STATES, State};
 use abbe_core::{Command, Pos};
 
@@ -78,8 +79,31 @@ fn event(words: &[&str]) -> Result<Event, String> {
         ["skip", ticks, "ticks"] => Event::SkipTicks { ticks: whole(ticks, MOST_TIMES)? },
         ["host", "falls", "silent"] => Event::HostSilent { silent: true },
         ["host", "speaks"] => Event::HostSilent { silent: false },
-        _ => return Err(unknown(words)),
+        _ => return head_event(words),
     })
+}
+
+fn head_event(words: &[&str]) -> Result<Event, String> {
+    let (name, event) = match *words {
+        ["dirt", name, at, width, cosine, sine] => (name, HeadEvent::Dirt(dirt([at, width, cosine, sine])?)),
+        ["clean", name] => (name, HeadEvent::Clean),
+        ["dim", name, part] => (name, HeadEvent::Light { part: between(part, 0.0, 1.0)? }),
+        ["amplify", name, factor] => (name, HeadEvent::Amplify { factor: between(factor, 0.0, 100.0)? }),
+        ["stick", "cosine", name] => (name, HeadEvent::Stick { channel: Channel::Cosine }),
+        ["stick", "sine", name] => (name, HeadEvent::Stick { channel: Channel::Sine }),
+        ["unstick", name] => (name, HeadEvent::Unstick),
+        ["lose", ticks, "samples", name] => {
+            (name, HeadEvent::LoseSamples { ticks: whole(ticks, MOST_TIMES)? })
+        }
+        ["chatter", name, part] => (name, HeadEvent::Chatter { part: between(part, 0.0, 1.0)? }),
+        _ => return Err(unknown(words)),
+    };
+    Ok(Event::Head { axis: axis(name)?, event })
+}
+
+fn dirt([at, width, cosine, sine]: [&str; 4]) -> Result<Dirt, String> {
+    let loss = [between(cosine, 0.0, 1.0)?, between(sine, 0.0, 1.0)?];
+    Ok(Dirt { at_mm: number(at)?, width_mm: between(width, 0.001, LARGEST)?, loss })
 }
 
 fn expectation(words: &[&str]) -> Result<Expectation, String> {
@@ -106,9 +130,10 @@ fn expectation(words: &[&str]) -> Result<Expectation, String> {
 }
 
 /// The words that a line may begin with.
-const FIRST: [&str; 23] = [
+const FIRST: [&str; 31] = [
     "home", "enable", "disable", "move", "start", "stop", "reset", "wait", "settle", "repeat", "pull",
     "plug", "jam", "free", "push", "shift", "break", "press", "release", "drive", "skip", "host", "expect",
+    "dirt", "clean", "dim", "amplify", "stick", "unstick", "lose", "chatter",
 ];
 
 fn unknown(words: &[&str]) -> String {
@@ -135,6 +160,12 @@ fn number(word: &str) -> Result<f64, String> {
     let number: f64 = word.parse().map_err(|_| format!("`{word}` is not a number"))?;
     let allowed = number.abs() <= LARGEST;
     allowed.then_some(number).ok_or_else(|| format!("`{word}` is not within ±{LARGEST}"))
+}
+
+fn between(word: &str, low: f64, high: f64) -> Result<f64, String> {
+    let number = number(word)?;
+    let allowed = (low..=high).contains(&number);
+    allowed.then_some(number).ok_or_else(|| format!("`{word}` is not within {low} … {high}"))
 }
 
 fn whole(word: &str, most: u32) -> Result<u32, String> {
@@ -175,6 +206,23 @@ mod tests {
     }
 
     #[test]
+    fn words_for_a_head_become_events_of_its_axis() {
+        let script =
+            "dirt y 40 2 0.7 0.5\nstick sine x\nlose 20 samples x\nchatter y 0.4\ndim x 0.5\nclean y";
+        let dirt = Dirt { at_mm: 40.0, width_mm: 2.0, loss: [0.7, 0.5] };
+        let events = [
+            (1, HeadEvent::Dirt(dirt)),
+            (0, HeadEvent::Stick { channel: Channel::Sine }),
+            (0, HeadEvent::LoseSamples { ticks: 20 }),
+            (1, HeadEvent::Chatter { part: 0.4 }),
+            (0, HeadEvent::Light { part: 0.5 }),
+            (1, HeadEvent::Clean),
+        ];
+        let steps: Vec<Step> = parse(script).unwrap().into_iter().map(|line| line.step).collect();
+        assert_eq!(steps, events.map(|(axis, event)| Step::Happen(Event::Head { axis, event })));
+    }
+
+    #[test]
     fn what_is_not_understood_is_named_with_its_line() {
         for (line, names) in [
             ("hmoe", "`home`"),
@@ -187,6 +235,9 @@ mod tests {
             ("repeat 0 home", "`0`"),
             ("repeat 3", "`repeat`"),
             ("repeat 3 sing", "`sing`"),
+            ("dim x 1.5", "`1.5` is not within 0 … 1"),
+            ("dirt x 40 0 1 1", "`0` is not within 0.001"),
+            ("stick x", "`stick` wants other words"),
             ("expect state asleep", "off, homing, ready"),
             ("expect fault", "`expect fault`"),
             ("expect nothing", "`expect nothing`"),
