@@ -24,8 +24,9 @@ use comparators::Comparators;
 use converter::Converter;
 use fault::Faults;
 
-/// The signals are looked at so often in a period; between two looks they are straight lines for the comparators.
-const LOOKS: f64 = 16.0;
+/// The signals are looked at so often in a period; between two looks they are straight lines for the comparators, which
+/// moves an edge by a nanometre at most while the hysteresis is small.
+const LOOKS: f64 = 8.0;
 /// Looks in a step whose comparators chatter.
 const CHATTER_LOOKS: u64 = 25;
 
