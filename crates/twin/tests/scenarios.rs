@@ -137,6 +137,7 @@ fn an_expectation_that_is_not_met_ends_the_script_in_its_words() {
         ("expect zero shift x within 1 um", "the axis has not homed twice"),
         ("expect at 0 50 within 1 um", "the table is off its place by 50000.000 µm, more than 1 µm"),
         ("expect targets 1 0", "the targets are"),
+        ("light x 0.5", "the head of this axis is digital"),
     ] {
         let step = &script::parse(line).unwrap()[0].step;
         let unmet = player.step(step).unwrap_err().to_string();

@@ -128,7 +128,7 @@ impl<S: Stage> Player<S> {
                     self.step(step)?;
                 }
             }
-            Step::Happen(event) => self.event(*event),
+            Step::Happen(event) => self.event(*event).map_err(PlayError::Unmet)?,
             Step::Expect(expectation) => self.expect(expectation).map_err(PlayError::Unmet)?,
         }
         self.tick()
@@ -191,9 +191,14 @@ impl<S: Stage> Player<S> {
         self.worst_off_line_um = 0.0;
     }
 
-    fn event(&mut self, event: Event) {
+    fn event(&mut self, event: Event) -> Result<(), String> {
+        if let Event::Head { axis, .. } = event {
+            let analogue = self.stage.twin().has_analogue_head(axis);
+            holds(analogue, || "the head of this axis is digital: it has no signals that could fail".into())?;
+        }
         self.at_event = self.stage.twin().truth().slides_um;
         self.stage.twin_mut().happen(event);
+        Ok(())
     }
 
     fn expect(&self, expectation: &Expectation) -> Result<(), String> {
