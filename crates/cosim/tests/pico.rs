@@ -210,7 +210,7 @@ fn a_limit_an_encoder_lost_a_stalled_tick_and_garbage_are_met_safely() {
 
     // The switch closes on the way down: off in the same tick, and the slide stands soon.
     let to_the_stage = 150.0 - plant().x.switches.low_mm * 1e3;
-    wired.twin.happen(Event::MoveSwitch { axis: 0, um: to_the_stage });
+    wired.twin.happen(Event::MoveSwitch { axis: 0, um: to_the_stage }).unwrap();
     assert_eq!(ask(&mut wired, "move 0 0.2"), "ok move 2");
     until(&mut wired, "a fault", |now| now.fault);
     let at = wired.twin.truth().slides_um[0];

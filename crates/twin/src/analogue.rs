@@ -112,7 +112,7 @@ impl Head {
     }
 
     /// Something happens to the head.
-    pub(crate) fn happen(&mut self, event: HeadEvent) {
+    pub fn happen(&mut self, event: HeadEvent) {
         self.faults.happen(event);
     }
 

@@ -12,7 +12,7 @@ pub enum Event {
         /// Plugged in.
         connected: bool,
     },
-    /// Something happens to an analogue head; nothing, where the head is digital.
+    /// Something happens to an analogue head; a digital one refuses.
     Head {
         /// Which axis.
         axis: usize,
@@ -67,4 +67,12 @@ pub enum Event {
         /// Silent.
         silent: bool,
     },
+}
+
+/// Something was to happen to the signals of a head that has none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the head of axis {} is digital: it has no sine and cosine that could fail", ["x", "y"].get(*.axis).unwrap_or(&"?"))]
+pub struct DigitalHead {
+    /// Which axis.
+    pub axis: usize,
 }

@@ -32,6 +32,6 @@ mod table;
 mod twin;
 mod wander;
 
-pub use event::Event;
+pub use event::{DigitalHead, Event};
 pub use plant::Plant;
 pub use twin::{Truth, Twin};

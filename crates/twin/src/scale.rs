@@ -4,7 +4,7 @@
 //! e(r) = actual − reading: the slope and curvature that paper A measured (row A10), graduation error, cyclic error,
 //! and the expansion of the glass.
 
-use crate::analogue::{Head, HeadEvent};
+use crate::analogue::Head;
 use crate::noise::Noise;
 use crate::plant::{AxisPlant, ScalePlant};
 use crate::trig::{floor, sin_turns};
@@ -147,16 +147,9 @@ impl Scale {
         }
     }
 
-    /// Something happens to an analogue head.
-    pub fn happen(&mut self, event: HeadEvent) {
-        if let Some(head) = &mut self.head {
-            head.happen(event);
-        }
-    }
-
-    /// The head puts out a sine and a cosine.
-    pub fn is_analogue(&self) -> bool {
-        self.head.is_some()
+    /// The head, if it puts out a sine and a cosine.
+    pub fn head_mut(&mut self) -> Option<&mut Head> {
+        self.head.as_mut()
     }
 
     /// What the converter of an analogue head reads now.

@@ -1,7 +1,7 @@
 //! The twin itself: two axes, their scales and switches, a table, a room.
 
 use crate::axis::Mechanics;
-use crate::event::Event;
+use crate::event::{DigitalHead, Event};
 use crate::geometry::Geometry;
 use crate::heat::Heat;
 use crate::instruments::Thermometer;
@@ -288,10 +288,15 @@ impl Twin {
     }
 
     /// Something happens to the stage.
-    pub fn happen(&mut self, event: Event) {
+    ///
+    /// # Errors
+    /// When it is something that can only happen to an analogue head, and the head of the axis is digital.
+    pub fn happen(&mut self, event: Event) -> Result<(), DigitalHead> {
         match event {
             Event::Encoder { axis, connected } => self.axes[axis].scale.connect(connected),
-            Event::Head { axis, event } => self.axes[axis].scale.happen(event),
+            Event::Head { axis, event } => {
+                self.axes[axis].scale.head_mut().ok_or(DigitalHead { axis })?.happen(event);
+            }
             Event::Jam { axis, jammed } => self.axes[axis].mechanics.jammed = jammed,
             Event::Push { axis, newton } => self.axes[axis].mechanics.push = newton,
             Event::MoveSwitch { axis, um } => self.axes[axis].low.shift(um),
@@ -301,11 +306,7 @@ impl Twin {
             Event::SkipTicks { ticks } => self.go_on_alone(ticks),
             Event::HostSilent { silent } => self.heartbeat_age = silent.then_some(0),
         }
-    }
-
-    /// The head of an axis puts out a sine and a cosine.
-    pub fn has_analogue_head(&self, axis: usize) -> bool {
-        self.axes[axis].scale.is_analogue()
+        Ok(())
     }
 
     /// The controller sleeps; the stage goes on with what it was told last, and what it shows meanwhile is lost.

@@ -124,7 +124,7 @@ fn counts_and_codes_tell_the_same_way_and_it_is_the_true_one() {
 #[test]
 fn what_happens_to_a_head_is_seen_by_the_controller() {
     let mut twin = Twin::standing_at(&plant(), TICK_HZ, 5, [40.0, 60.0]);
-    let happen = |twin: &mut Twin, event| twin.happen(Event::Head { axis: 0, event });
+    let happen = |twin: &mut Twin, event| twin.happen(Event::Head { axis: 0, event }).unwrap();
     let none = |twin: &mut Twin| {
         let mut none = [0u32; 2];
         run(twin, &Outputs::OFF, 1000, |_, inputs| {
@@ -146,7 +146,7 @@ fn what_happens_to_a_head_is_seen_by_the_controller() {
         sines.extend(inputs.axes[0].sin_cos.map(|codes| codes.sin));
     });
     assert!(cosines.iter().all(|cos| *cos == cosines[0]) && sines.iter().any(|sin| *sin != sines[0]));
-    twin.happen(Event::Encoder { axis: 1, connected: false });
+    twin.happen(Event::Encoder { axis: 1, connected: false }).unwrap();
     run(&mut twin, &duty(0.4), 2, |_, _| {});
     let mut counters = Vec::new();
     run(&mut twin, &duty(0.4), 1000, |_, inputs| {
@@ -181,7 +181,7 @@ fn seen(plant: &Plant, seed: u64) -> u64 {
         run(&mut twin, &duty(part), 2000, &mut watch);
     }
     for axis in 0..2 {
-        twin.happen(Event::Encoder { axis, connected: false });
+        twin.happen(Event::Encoder { axis, connected: false }).unwrap();
     }
     run(&mut twin, &duty(0.2), 100, &mut watch);
     hash.finish()

@@ -123,7 +123,7 @@ fn every_encoder_fault_cuts_the_drives_and_costs_the_zero() {
         let mut stage = Stage::homed(4);
         stage.controller.command(Command::MoveTo([Pos::from_mm(6.0), Pos::from_mm(1.0)])).unwrap();
         (0..4000).for_each(|_| stage.tick());
-        stage.twin.happen(event);
+        stage.twin.happen(event).unwrap();
         let (after, fault) = stage.fault_within(100);
         assert_eq!(fault, Fault::Signal { axis: 0, what: wanted });
         assert!(after <= most, "{event:?} after {after} ticks");
@@ -137,11 +137,11 @@ fn after_a_pulled_plug_the_stage_homes_to_the_same_place() {
     let mut stage = Stage::homed(7);
     stage.controller.command(Command::MoveTo([Pos::from_mm(6.0), Pos::from_mm(1.0)])).unwrap();
     (0..4000).for_each(|_| stage.tick());
-    stage.twin.happen(Event::Encoder { axis: 0, connected: false });
+    stage.twin.happen(Event::Encoder { axis: 0, connected: false }).unwrap();
     stage.fault_within(100);
     // It rolls on for a while, unseen.
     (0..2000).for_each(|_| stage.tick());
-    stage.twin.happen(Event::Encoder { axis: 0, connected: true });
+    stage.twin.happen(Event::Encoder { axis: 0, connected: true }).unwrap();
     (0..2000).for_each(|_| stage.tick());
     stage.controller.command(Command::Reset).unwrap();
     stage.tick();
@@ -155,7 +155,7 @@ fn after_a_pulled_plug_the_stage_homes_to_the_same_place() {
 #[test]
 fn fading_light_is_graded_long_before_it_is_a_fault() {
     let mut stage = Stage::homed(5);
-    stage.twin.happen(Event::Head { axis: 1, event: HeadEvent::Light { part: 0.62 } });
+    stage.twin.happen(Event::Head { axis: 1, event: HeadEvent::Light { part: 0.62 } }).unwrap();
     stage.go(1.0, 2.0);
     let signals = stage.controller.status().axes[1].signals.unwrap();
     assert!(signals.grade() == Grade::Warn && signals.warn.has(Findings::WEAK), "{signals:?}");
@@ -164,7 +164,7 @@ fn fading_light_is_graded_long_before_it_is_a_fault() {
 #[test]
 fn a_drive_that_pulls_nothing_is_a_following_error() {
     let mut stage = Stage::homed(6);
-    stage.twin.happen(Event::Jam { axis: 0, jammed: true });
+    stage.twin.happen(Event::Jam { axis: 0, jammed: true }).unwrap();
     stage.controller.command(Command::MoveTo([Pos::from_mm(3.0), Pos::from_mm(1.0)])).unwrap();
     let (_, fault) = stage.fault_within(5000);
     assert!(matches!(fault, Fault::FollowingError { axis: 0, .. }), "{fault}");

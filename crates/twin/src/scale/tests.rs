@@ -1,6 +1,7 @@
 //! A scale with either head.
 
 use super::*;
+use crate::analogue::HeadEvent;
 
 const PRESET: &str = include_str!("../../../../presets/microscope-100.toml");
 
@@ -68,7 +69,7 @@ fn sweep(events: &[HeadEvent]) -> (i64, u32) {
     let axis = crate::Plant::read("litho-120", LITHO).unwrap().x;
     let mut scale = Scale::new(&axis, 30_000.0, 5, "x");
     for event in events {
-        scale.happen(*event);
+        scale.head_mut().unwrap().happen(*event);
     }
     let (start, mut illegal) = (scale.reading_um, 0);
     // Half a tick is 2.5 µm.
@@ -95,7 +96,7 @@ fn chatter_and_darkness_lose_counts() {
     assert!(lost.abs() > 8 && illegal > 5, "{lost} {illegal}");
     let spot = crate::analogue::Dirt { at_mm: 31.0, width_mm: 10.0, loss: [0.99, 0.99] };
     let mut dark = Scale::new(&crate::Plant::read("litho-120", LITHO).unwrap().x, 31_000.0, 5, "x");
-    dark.happen(HeadEvent::Dirt(spot));
+    dark.head_mut().unwrap().happen(HeadEvent::Dirt(spot));
     for step in 0..40 {
         dark.move_to(31_000.0 + 2.5 * f64::from(step), 500);
     }

@@ -4,6 +4,7 @@ use super::{Expectation, Line, Step, Within};
 use crate::Event;
 use crate::analogue::{Channel, Dirt, HeadEvent};
 use abbe_core::machine::{STATES, State};
+use abbe_core::sense::health::Grade;
 use abbe_core::{Command, Pos};
 
 /// Longest wait and most repetitions of a line: beyond, a unit was mistaken.
@@ -129,6 +130,7 @@ fn expectation(words: &[&str]) -> Result<Expectation, String> {
         ["switch", "shift", name, expected, "within", um, "um"] => {
             Expectation::SwitchShift(axis(name)?, number(expected)?, within(um)?)
         }
+        ["signals", name, grade] => Expectation::Signals(axis(name)?, self::grade(grade)?),
         ["position", "positive"] => Expectation::PositionPositive,
         _ => return Err(format!("`expect {}` is no expectation", words.join(" "))),
     })
@@ -159,6 +161,11 @@ fn axis(name: &str) -> Result<usize, String> {
 fn state(name: &str) -> Result<State, String> {
     let found = STATES.into_iter().find(|state| state.to_string() == name);
     found.ok_or_else(|| format!("`{name}` is no state: {}", STATES.map(|state| state.to_string()).join(", ")))
+}
+
+fn grade(name: &str) -> Result<Grade, String> {
+    let found = [Grade::Good, Grade::Warn, Grade::Fail].into_iter().find(|grade| grade.to_string() == name);
+    found.ok_or_else(|| format!("`{name}` is no grade: good, warn or fail"))
 }
 
 fn number(word: &str) -> Result<f64, String> {
@@ -249,6 +256,7 @@ mod tests {
             ("stick x", "`stick` wants other words"),
             ("expect state asleep", "off, homing, ready"),
             ("expect fault", "`expect fault`"),
+            ("expect signals x bad", "good, warn or fail"),
             ("expect nothing", "`expect nothing`"),
         ] {
             let error = parse(&format!("home\n{line}")).unwrap_err();
