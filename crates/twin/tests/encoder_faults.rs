@@ -8,6 +8,6 @@ mod faults;
 #[test]
 fn every_fault_is_told_within_its_own_time_and_nothing_is_taken_for_one() {
     let broken: Vec<String> =
-        faults::table(8).iter().filter_map(|(case, tally)| faults::broken(case, tally)).collect();
+        faults::table(8).filter_map(|(case, tally)| faults::broken(case, &tally)).collect();
     assert!(broken.is_empty(), "{broken:#?}");
 }

@@ -172,14 +172,13 @@ impl Bench {
     /// What goes on happening in a tick; how far it moves the head, µm.
     fn go_on(&mut self) -> f64 {
         match &mut self.ongoing {
-            Ongoing::Nothing | Ongoing::Spot { .. } => 0.0,
+            Ongoing::Nothing | Ongoing::Spot { .. } | Ongoing::Jumping { left: 0, .. } => 0.0,
             Ongoing::Fading { left, a_tick } => {
                 *left = (*left - *a_tick).max(0.0);
                 let part = *left;
                 self.head_event(HeadEvent::Light { part });
                 0.0
             }
-            Ongoing::Jumping { left: 0, .. } => 0.0,
             Ongoing::Jumping { left, periods } => {
                 *left -= 1;
                 let [low, high] = *periods;
