@@ -337,23 +337,35 @@ mod tests {
         path.iter().fold(value, |value, key| &mut value[key.as_str()])
     }
 
+    /// Keys that cannot change alone: what a motor is, and the count that comparators make of a period.
+    const TIED: [&str; 3] = ["kind", "grating_um", "count_um"];
+
     #[test]
     fn every_plant_key_leaves_the_controller_unchanged_and_changes_the_twin() {
-        let original: toml::Value = toml::from_str(&text()).unwrap();
-        let mut paths = Vec::new();
-        leaves(&original["plant"], &["plant".to_owned()], &mut paths);
-        assert!(paths.len() > 90, "{}", paths.len());
-        let before = read("m", "m", &text()).unwrap();
-        for path in paths {
-            let mut altered = original.clone();
-            let place = at(&mut altered, &path);
-            *place = changed(place);
-            let altered = toml::to_string(&altered).unwrap();
-            let after = read("m", "m", &altered).unwrap_or_else(|error| panic!("{path:?}: {error}"));
-            assert_eq!(after.controller.settings, before.controller.settings, "{path:?}");
-            assert_eq!(after.controller.config, before.controller.config, "{path:?}");
-            assert_eq!(after.controller.camera, before.controller.camera, "{path:?}");
-            assert_ne!(format!("{:?}", after.plant), format!("{:?}", before.plant), "{path:?} is not read");
+        for (name, text) in BUILT_IN {
+            let original: toml::Value = toml::from_str(text).unwrap();
+            let mut paths = Vec::new();
+            leaves(&original["plant"], &["plant".to_owned()], &mut paths);
+            if name == "litho-120" {
+                paths.retain(|path| !TIED.contains(&path.last().unwrap().as_str()));
+            }
+            assert!(paths.len() > 90, "{}", paths.len());
+            let before = read("m", "m", text).unwrap();
+            for path in paths {
+                let mut altered = original.clone();
+                let place = at(&mut altered, &path);
+                *place = changed(place);
+                let altered = toml::to_string(&altered).unwrap();
+                let after = read("m", "m", &altered).unwrap_or_else(|error| panic!("{path:?}: {error}"));
+                assert_eq!(after.controller.settings, before.controller.settings, "{path:?}");
+                assert_eq!(after.controller.config, before.controller.config, "{path:?}");
+                assert_eq!(after.controller.camera, before.controller.camera, "{path:?}");
+                assert_ne!(
+                    format!("{:?}", after.plant),
+                    format!("{:?}", before.plant),
+                    "{path:?} is not read"
+                );
+            }
         }
     }
 

@@ -308,7 +308,7 @@ pub(crate) mod tests {
         let mut rig = rig(1);
         rig.dump_into(dir.path());
         rig.home().unwrap();
-        rig.twin.happen(abbe_twin::Event::EmergencyStop { pressed: true });
+        rig.twin.happen(abbe_twin::Event::EmergencyStop { pressed: true }).unwrap();
         let sentence = rig.move_to([2.0, 2.0]).unwrap_err().to_string();
         let file = dir.path().join("abbe-flight-2.abr");
         assert!(sentence.contains("emergency stop; what led to it is in"), "{sentence}");

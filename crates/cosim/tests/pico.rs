@@ -210,7 +210,7 @@ fn a_limit_an_encoder_lost_a_stalled_tick_and_garbage_are_met_safely() {
 
     // The switch closes on the way down: off in the same tick, and the slide stands soon.
     let to_the_stage = 150.0 - plant().x.switches.low_mm * 1e3;
-    wired.twin.happen(Event::MoveSwitch { axis: 0, um: to_the_stage });
+    wired.twin.happen(Event::MoveSwitch { axis: 0, um: to_the_stage }).unwrap();
     assert_eq!(ask(&mut wired, "move 0 0.2"), "ok move 2");
     until(&mut wired, "a fault", |now| now.fault);
     let at = wired.twin.truth().slides_um[0];
@@ -220,7 +220,7 @@ fn a_limit_an_encoder_lost_a_stalled_tick_and_garbage_are_met_safely() {
     }
     assert!((wired.twin.truth().slides_um[0] - at).abs() < 300.0);
     assert!(ask(&mut wired, "status").contains("fault x: low limit switch"));
-    wired.twin.happen(Event::MoveSwitch { axis: 0, um: -to_the_stage });
+    wired.twin.happen(Event::MoveSwitch { axis: 0, um: -to_the_stage }).unwrap();
     // Free switches are believed late.
     for _ in 0..100 {
         wired.tick(latest).unwrap();
@@ -231,7 +231,7 @@ fn a_limit_an_encoder_lost_a_stalled_tick_and_garbage_are_met_safely() {
     // The plug of an encoder is pulled in motion.
     assert_eq!(ask(&mut wired, "move 1.5 0.2"), "ok move 3");
     until(&mut wired, "in motion", |now| now.rates[0] > 20_000);
-    wired.twin.happen(Event::Encoder { axis: 0, connected: false });
+    wired.twin.happen(Event::Encoder { axis: 0, connected: false }).unwrap();
     until(&mut wired, "a fault", |now| now.fault);
     assert!(!wired.last().on);
     let status = ask(&mut wired, "status");
@@ -239,7 +239,7 @@ fn a_limit_an_encoder_lost_a_stalled_tick_and_garbage_are_met_safely() {
         status.contains("fault x: ") && status.contains("encoder") && status.contains("homed y "),
         "{status}"
     );
-    wired.twin.happen(Event::Encoder { axis: 0, connected: true });
+    wired.twin.happen(Event::Encoder { axis: 0, connected: true }).unwrap();
     assert_eq!(ask(&mut wired, "reset"), "ok");
     assert_eq!(ask(&mut wired, "move 1 0.2"), "error: the drives are off; home or enable first");
     assert_eq!(ask(&mut wired, "on"), "ok");
@@ -282,12 +282,12 @@ fn every_way_to_switch_off_reaches_the_pin() {
         until(&mut wired, "on", |now| now.on);
         wired.tick(latest).unwrap();
         assert!(!wired.board.is_high(NOT_ENABLE));
-        wired.twin.happen(happens);
+        wired.twin.happen(happens).unwrap();
         until(&mut wired, "off", |now| now.fault && !now.on);
         assert!(is_off(&wired), "{words}");
         let status = ask(&mut wired, "status");
         assert!(status.starts_with("fault ") && status.contains(words), "{status}");
-        wired.twin.happen(is_over);
+        wired.twin.happen(is_over).unwrap();
         for _ in 0..100 {
             wired.tick(latest).unwrap();
         }

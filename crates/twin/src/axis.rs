@@ -3,7 +3,7 @@
 use crate::dc_motor::DcMotor;
 use crate::friction::LuGre;
 use crate::noise::Noise;
-use crate::plant::{AxisPlant, LoadPlant};
+use crate::plant::{AxisPlant, LoadPlant, MotorPlant};
 use crate::stepper::Stepper;
 use crate::trig::sin_turns;
 
@@ -15,28 +15,33 @@ enum Motor {
 }
 
 impl Motor {
-    fn new(plant: &AxisPlant, microstep_phase: f64) -> Self {
-        match (&plant.motor, &plant.dc_motor) {
-            (_, Some(dc)) => Self::Dc(DcMotor::new(dc)),
-            (Some(stepper), None) => {
-                Self::Stepper(Stepper::new(stepper, stepper.inertia_kg_mm2 * 1e-6, microstep_phase))
-            }
-            (None, None) => unreachable!("a plant that was read has a motor"),
+    /// Shaft angle, turns.
+    fn angle(&self) -> f64 {
+        match self {
+            Self::Stepper(motor) => motor.angle,
+            Self::Dc(motor) => motor.angle,
         }
     }
 
-    fn set_angle(&mut self, turns: f64) {
+    /// Shaft speed, turns/s.
+    fn speed(&self) -> f64 {
         match self {
-            Self::Stepper(motor) => motor.angle = turns,
-            Self::Dc(motor) => motor.angle = turns,
+            Self::Stepper(motor) => motor.speed,
+            Self::Dc(motor) => motor.speed,
         }
     }
 
-    /// Turns, and turns a second.
-    fn shaft(&self) -> (f64, f64) {
+    fn turn_to(&mut self, angle: f64) {
         match self {
-            Self::Stepper(motor) => (motor.angle, motor.speed),
-            Self::Dc(motor) => (motor.angle, motor.speed),
+            Self::Stepper(motor) => motor.angle = angle,
+            Self::Dc(motor) => motor.angle = angle,
+        }
+    }
+
+    fn step(&mut self, pulses: i32, load: f64, dt: f64) {
+        match self {
+            Self::Stepper(motor) => motor.step(pulses, load, dt),
+            Self::Dc(motor) => motor.step(load, dt),
         }
     }
 }
@@ -78,7 +83,13 @@ impl Mechanics {
         let extra = load.friction_n_kg * load.kg;
         let mass = plant.mass_kg + load.kg;
         let stiffness = plant.screw.stiffness_n_um * 1e6;
-        let motor = Motor::new(plant, noise.uniform(0.0, 1.0));
+        let microstep_phase = noise.uniform(0.0, 1.0);
+        let motor = match &plant.motor {
+            MotorPlant::Stepper(motor) => {
+                Motor::Stepper(Stepper::new(motor, motor.inertia_kg_mm2 * 1e-6, microstep_phase))
+            }
+            MotorPlant::Dc(motor) => Motor::Dc(DcMotor::new(motor)),
+        };
         let lead = plant.screw.lead_mm * 1e-3;
         let mut mechanics = Self {
             motor,
@@ -104,26 +115,23 @@ impl Mechanics {
             speed: 0.0,
             bristles: 0.0,
         };
-        mechanics.motor.set_angle((mechanics.place + noise.uniform(-0.5, 0.5) * mechanics.backlash) / lead);
+        let nut = mechanics.place + noise.uniform(-0.5, 0.5) * mechanics.backlash;
+        mechanics.motor.turn_to(nut / lead);
         mechanics
     }
 
-    /// Switches the motor's current.
-    pub fn energise(&mut self, on: bool, pulses: i32) {
+    /// Switches the power stage: a stepper starts at `pulses` emitted so far, a bridge has `duty`, full scale ±2¹⁵.
+    pub fn energise(&mut self, on: bool, pulses: i32, duty: i16) {
         match &mut self.motor {
             Motor::Stepper(motor) => motor.energise(on, pulses),
-            Motor::Dc(motor) => motor.energise(on),
+            Motor::Dc(motor) => motor.energise(on, duty),
         }
     }
 
-    /// One step of `dt` seconds, at `pulses` emitted so far or at a duty of −1 … 1.
-    pub fn step(&mut self, pulses: i32, duty: f64, dt: f64) {
+    /// One step of `dt` seconds.
+    pub fn step(&mut self, pulses: i32, dt: f64) {
         let force = self.screw_force();
-        let load = force * self.lead / core::f64::consts::TAU;
-        match &mut self.motor {
-            Motor::Stepper(motor) => motor.step(pulses, load, dt),
-            Motor::Dc(motor) => motor.step(duty, load, dt),
-        }
+        self.motor.step(pulses, force * self.lead / core::f64::consts::TAU, dt);
         let friction = self.friction.force(&mut self.bristles, self.speed, dt);
         if self.jammed {
             self.speed = 0.0;
@@ -135,8 +143,7 @@ impl Mechanics {
 
     /// Where the nut would put the slide without backlash, m.
     fn nut(&self) -> f64 {
-        let (angle, _) = self.motor.shaft();
-        angle * self.lead + self.wobble * sin_turns(angle + self.wobble_phase)
+        self.motor.angle() * self.lead + self.wobble * sin_turns(self.motor.angle() + self.wobble_phase)
     }
 
     /// Force of the nut on the slide, N: nothing inside the backlash.
@@ -146,7 +153,7 @@ impl Mechanics {
         if bent == 0.0 {
             return 0.0;
         }
-        let force = self.stiffness * bent + self.damping * (self.motor.shaft().1 * self.lead - self.speed);
+        let force = self.stiffness * bent + self.damping * (self.motor.speed() * self.lead - self.speed);
         // Balls push, they do not pull.
         if bent > 0.0 { force.max(0.0) } else { force.min(0.0) }
     }

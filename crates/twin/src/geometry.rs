@@ -1,12 +1,12 @@
 //! Guides that are not straight: where the table's centre is when the slides are somewhere.
 //!
-//! The error model of stacked slides in ISO 230-1 symbols; with X carrying Y (paper A). Each slide's rotations act over the
-//! offset from its own scale:
+//! The error model of stacked slides, in ISO 230-1 symbols. Each slide's rotations act over the offset from its own
+//! scale. X carries Y, as in paper A's stage:
 //!
 //! dX = EXY(y) − a·y − ECX(x)(y + py) − ECY(y) py + EBX(x) pz + EBY(y) pz
 //! dY = EYX(x) + ECX(x) px + ECY(y) px − EAX(x) pz − EAY(y) pz
 //!
-//! and with Y carrying X (paper B)
+//! Y carries X, as in paper B's (row B1):
 //!
 //! dX = EXY(y) − ECX(x) py − ECY(y) py + EBX(x) pz + EBY(y) pz
 //! dY = EYX(x) − a·x + ECY(y)(x + px) + ECX(x) px − EAX(x) pz − EAY(y) pz
@@ -102,22 +102,27 @@ impl Geometry {
     /// How far the table's centre is from where the two slides alone would put it, µm.
     pub fn deviation_um(&self, slides_um: [f64; 2]) -> [f64; 2] {
         let [x, y] = slides_um;
-        let (along, across) = (x - self.centre_um, y - self.centre_um);
         let (sideways, down) = (self.sideways_um, self.down_um);
         let (xy, yx) = (self.y.straightness.at(y), self.x.straightness.at(x));
         let (ecx, ecy) = (self.x.yaw.at(x), self.y.yaw.at(y));
         let (ebx, eby) = (self.x.pitch.at(x), self.y.roll.at(y));
         let (eax, eay) = (self.x.roll.at(x), self.y.pitch.at(y));
+        // The lower slide turns what the upper one has moved on it, and the axes are square to its way.
         if self.y_carries_x {
-            return [
+            let across = x - self.centre_um;
+            [
                 xy - (ecx + ecy) * sideways + (ebx + eby) * down,
-                yx - self.squareness * along + ecy * (along + sideways) + ecx * sideways - (eax + eay) * down,
-            ];
+                yx - self.squareness * across + ecy * (across + sideways) + ecx * sideways
+                    - (eax + eay) * down,
+            ]
+        } else {
+            let across = y - self.centre_um;
+            [
+                xy - self.squareness * across - ecx * (across + sideways) - ecy * sideways
+                    + (ebx + eby) * down,
+                yx + (ecx + ecy) * sideways - (eax + eay) * down,
+            ]
         }
-        [
-            xy - self.squareness * across - ecx * (across + sideways) - ecy * sideways + (ebx + eby) * down,
-            yx + (ecx + ecy) * sideways - (eax + eay) * down,
-        ]
     }
 }
 
@@ -137,8 +142,8 @@ mod tests {
 
     fn geometry() -> Geometry {
         let settings = GeometryPlant {
-            travel_mm: 100.0,
             y_carries_x: false,
+            travel_mm: 100.0,
             scale_sideways_mm: 60.0,
             scale_down_mm: 10.0,
             angle_arcsec_pp: 4.0,
@@ -189,8 +194,9 @@ mod tests {
     }
 
     #[test]
-    fn with_y_carrying_x_the_deviation_is_the_other_error_model() {
-        let g = Geometry { y_carries_x: true, ..geometry() };
+    fn the_deviation_is_the_model_of_the_other_order_too() {
+        let mut g = geometry();
+        g.y_carries_x = true;
         let mut noise = Noise::new(2, "places");
         for _ in 0..100 {
             let [x, y] = [noise.uniform(0.0, 1e5), noise.uniform(0.0, 1e5)];

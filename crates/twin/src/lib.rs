@@ -1,19 +1,19 @@
 //! The twin: a stage that is not there, as unkind as a real one.
 //!
-//! [`Twin::step`] takes what the controller puts out and returns what it would see: counters, switches, pulses. The
+//! [`Twin::step`] takes what the controller puts out and returns what it would see: counters, samples, switches, pulses. The
 //! truth (where the table really is) leaves only through [`Twin::truth`], and only instruments may ask.
 //!
 //! Everything is seeded: the same preset, seed and outputs give the same inputs, on every platform.
 
 pub mod plant;
 
-pub mod dc_motor;
 pub mod friction;
 pub mod noise;
 pub mod trig;
 
 pub mod analogue;
 pub mod axis;
+pub mod dc_motor;
 pub mod geometry;
 pub mod heat;
 pub mod scale;
@@ -27,8 +27,11 @@ pub mod specimen;
 
 pub mod script;
 
+mod event;
 mod table;
 mod twin;
+mod wander;
 
+pub use event::{DigitalHead, Event};
 pub use plant::Plant;
-pub use twin::{Event, Truth, Twin};
+pub use twin::{Truth, Twin};

@@ -34,6 +34,18 @@ impl Noise {
     }
 }
 
+/// A number that belongs to `n`, the same each time: mean 0, standard deviation 1, nearly normal, at most ±3.5.
+pub fn scattered(seed: u64, n: i64) -> f64 {
+    // SplitMix64 of Steele, Lea and Flood 2014; the sum of four uniform numbers of 16 bits.
+    let mut z = n.cast_unsigned().wrapping_add(seed).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^= z >> 31;
+    let sum: u64 = [0, 16, 32, 48].iter().map(|shift| (z >> shift) & 0xffff).sum();
+    // Each has the variance 65536²/12.
+    (sum as f64 - 131_070.0) / 37_837.227
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -53,5 +65,16 @@ mod tests {
         let mean = samples.iter().sum::<f64>() / 1e5;
         let deviation = (samples.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / 1e5).sqrt();
         assert!(mean.abs() < 0.02 && (deviation - 1.0).abs() < 0.01, "{mean} {deviation}");
+    }
+
+    #[test]
+    fn scattered_numbers_repeat_and_have_mean_zero_and_deviation_one() {
+        let numbers: Vec<f64> = (-50_000..50_000).map(|n| scattered(7, n)).collect();
+        let mean = numbers.iter().sum::<f64>() / 1e5;
+        let deviation = (numbers.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / 1e5).sqrt();
+        assert!(mean.abs() < 0.01 && (deviation - 1.0).abs() < 0.01, "{mean} {deviation}");
+        let neighbours = numbers.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / 1e5;
+        assert!(neighbours.abs() < 0.01, "{neighbours}");
+        assert_ne!(scattered(7, 1), scattered(8, 1));
     }
 }

@@ -15,7 +15,7 @@ pub struct Drive {
     /// Step pulses so far at the middle and at the end of the tick, signed by their direction; they wrap and begin at
     /// zero.
     pub pulses: [i32; 2],
-    /// Duty of the bridge, full scale ±2¹⁵; 0 with a stepper.
+    /// Duty of the bridge of a DC motor in this tick, full scale ±2¹⁵.
     pub duty: i16,
 }
 

@@ -2,7 +2,14 @@
 
 use crate::camera::CameraSettings;
 use serde::Deserialize;
-use std::fmt;
+
+mod error;
+mod head;
+mod motor;
+
+pub use error::{PresetError, line_of};
+pub use head::HeadPlant;
+pub use motor::{DcPlant, MotorPlant, StepperPlant};
 
 /// Everything that is true of a stage and its surroundings.
 #[derive(Clone, Debug, Deserialize)]
@@ -35,104 +42,20 @@ pub struct Plant {
 pub struct AxisPlant {
     /// Moving mass without load, kg.
     pub mass_kg: f64,
-    /// A stepper, or else a DC motor.
-    pub motor: Option<MotorPlant>,
-    /// A DC motor, or else a stepper.
-    pub dc_motor: Option<DcMotorPlant>,
+    /// Motor.
+    pub motor: MotorPlant,
     /// Ball screw.
     pub screw: ScrewPlant,
     /// Friction of guides and nut.
     pub friction: FrictionPlant,
     /// Scale and reading head.
     pub scale: ScalePlant,
-    /// An analogue reading head; without it the scale gives square signals.
+    /// The head, if it puts out a sine and a cosine; without this table it puts out square waves.
     pub head: Option<HeadPlant>,
     /// Limit switches.
     pub switches: SwitchPlant,
     /// End stops.
     pub stops: StopPlant,
-}
-
-/// A stepper.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MotorPlant {
-    /// Full steps a turn.
-    pub full_steps: u32,
-    /// Pulses a full step.
-    pub microsteps: u32,
-    /// Holding torque, N·m.
-    pub holding_torque_nm: f64,
-    /// Detent torque, N·m.
-    pub detent_torque_nm: f64,
-    /// Speed at which the torque has fallen to 1/√2, rev/s.
-    pub corner_rev_s: f64,
-    /// Rotor, coupling and screw, kg·mm².
-    pub inertia_kg_mm2: f64,
-    /// Damping ratio of the rotor's resonance.
-    pub damping_ratio: f64,
-    /// Peak microstep error, part of a full step.
-    pub microstep_error: f64,
-}
-
-/// A brushed DC motor and its bridge.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DcMotorPlant {
-    /// Supply of the bridge, V.
-    pub supply_v: f64,
-    /// Winding and bridge, Ω.
-    pub resistance_ohm: f64,
-    /// Winding, mH.
-    pub inductance_mh: f64,
-    /// Torque of an ampere, N·m/A, and voltage of a rad/s, V·s.
-    pub constant_nm_a: f64,
-    /// Rotor, coupling and screw, kg·mm².
-    pub inertia_kg_mm2: f64,
-    /// Bearings and brushes, N·m per rad/s.
-    pub viscous_nm_s: f64,
-    /// What the dead time of the bridge takes of every voltage, V.
-    pub dead_time_v: f64,
-    /// The bridge gives no more, A.
-    pub current_limit_a: f64,
-}
-
-/// An analogue reading head over the grating.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct HeadPlant {
-    /// Amplitude of the cosine, part of the converter's full scale.
-    pub amplitude: f64,
-    /// Offset of the cosine, part of the amplitude.
-    pub offset_cos: f64,
-    /// Offset of the sine, part of the amplitude.
-    pub offset_sin: f64,
-    /// Amplitude of the sine over that of the cosine.
-    pub gain: f64,
-    /// By how much the sine leads a quarter of a period, degrees.
-    pub phase_deg: f64,
-    /// Third harmonic of the signals, part of the amplitude.
-    pub third: f64,
-    /// Fifth harmonic of the signals, part of the amplitude.
-    pub fifth: f64,
-    /// Noise of each channel, part of the amplitude rms.
-    pub noise: f64,
-    /// The sine is sampled later than the cosine by so much, ns.
-    pub skew_ns: f64,
-    /// Drift of amplitude and offsets along the travel, part of the amplitude rms.
-    pub drift: f64,
-    /// Its length, mm: waves of a metre over this.
-    pub drift_length_mm: f64,
-    /// Drift with temperature, part of the amplitude a kelvin.
-    pub drift_per_k: f64,
-    /// Place of each line of the grating, µm rms.
-    pub line_rms_um: f64,
-    /// Bits of the converter, 8 … 16.
-    pub bits: u8,
-    /// Its integral non-linearity, last bits.
-    pub inl_lsb: f64,
-    /// Hysteresis of the comparators, ± part of the amplitude.
-    pub hysteresis: f64,
 }
 
 /// A ball screw.
@@ -231,11 +154,11 @@ pub struct StopPlant {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GeometryPlant {
-    /// Travel over which the waves below are counted, mm.
-    pub travel_mm: f64,
-    /// Y carries X (paper B); else X carries Y (paper A).
+    /// The Y slide carries the X slide (paper B's stage); without this key X carries Y (paper A's).
     #[serde(default)]
     pub y_carries_x: bool,
+    /// Travel over which the waves below are counted, mm.
+    pub travel_mm: f64,
     /// Scale to table centre, sideways, mm.
     pub scale_sideways_mm: f64,
     /// Scale to table centre, downwards, mm.
@@ -322,49 +245,6 @@ pub struct ThermometerPlant {
     pub noise_k: f64,
 }
 
-/// A preset that cannot be used.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub struct PresetError {
-    /// The file, or the name of a built-in preset.
-    pub file: String,
-    /// Line, from 1.
-    pub line: Option<usize>,
-    /// What is wrong.
-    pub message: String,
-}
-
-impl fmt::Display for PresetError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.file)?;
-        if let Some(line) = self.line {
-            write!(f, ":{line}")?;
-        }
-        write!(f, ": {}", self.message)
-    }
-}
-
-impl PresetError {
-    /// What the TOML reader found wrong in the text of `file`; an unknown key gets the nearest known one.
-    pub fn from_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
-        let line = error.span().map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count());
-        Self { file: file.to_owned(), line, message: with_nearest(error.message()) }
-    }
-}
-
-/// "unknown field `a`, expected one of `b`, `c`" becomes a question.
-fn with_nearest(message: &str) -> String {
-    let mut names = message.split('`').skip(1).step_by(2);
-    let (Some(unknown), true) = (names.next(), message.starts_with("unknown field")) else {
-        return message.trim().replace('\n', " ");
-    };
-    let nearest =
-        names.max_by(|a, b| strsim::jaro_winkler(unknown, a).total_cmp(&strsim::jaro_winkler(unknown, b)));
-    match nearest {
-        Some(nearest) => format!("unknown key `{unknown}`; the nearest valid one is `{nearest}`"),
-        None => format!("unknown key `{unknown}`; no key is valid here"),
-    }
-}
-
 /// The two halves; the controller's is somebody else's.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -426,27 +306,11 @@ impl Plant {
                 }
             }
         }
-        for (axis, name) in [(&self.x, "x"), (&self.y, "y")] {
-            if let Some(contradiction) = axis.contradiction() {
-                let message = format!("[plant.{name}] {contradiction}");
-                let header = format!("[plant.{name}]");
-                let line = text.lines().position(|line| line.starts_with(&header)).map(|line| line + 1);
-                return Err(PresetError { file: file.to_owned(), line, message });
-            }
-        }
         self.camera.check().map_err(|error| {
             let line = line_of(text, "[plant.camera]", error.key);
             PresetError { file: file.to_owned(), line, message: error.to_string() }
         })
     }
-}
-
-/// The line on which `key` is set below `header`.
-pub fn line_of(text: &str, header: &str, key: &str) -> Option<usize> {
-    let mut lines = text.lines().enumerate().skip_while(|(_, line)| !line.starts_with(header)).skip(1);
-    lines
-        .find(|(_, line)| line.split('=').next().is_some_and(|name| name.trim() == key))
-        .map(|(number, _)| number + 1)
 }
 
 impl AxisPlant {
@@ -486,74 +350,14 @@ impl AxisPlant {
             Range(".stops", "low_mm", self.stops.low_mm, -1000.0, 1000.0),
             Range(".stops", "high_mm", self.stops.high_mm, self.stops.low_mm, 1000.0),
         ];
-        ranges.extend(self.motor.iter().flat_map(MotorPlant::ranges));
-        ranges.extend(self.dc_motor.iter().flat_map(DcMotorPlant::ranges));
-        ranges.extend(self.head.iter().flat_map(HeadPlant::ranges));
-        ranges
-    }
-
-    /// What the single numbers do not say.
-    fn contradiction(&self) -> Option<&'static str> {
-        if self.motor.is_some() == self.dc_motor.is_some() {
-            return Some("must have either a [motor] (a stepper) or a [dc_motor]");
+        ranges.extend(self.motor.ranges());
+        if let Some(head) = &self.head {
+            // The comparators make four counts of a period, whatever the file says.
+            let count = scale.grating_um / 4.0;
+            ranges.push(Range(".scale", "count_um", scale.count_um, count, count));
+            ranges.extend(head.ranges());
         }
-        let quarter =
-            (4.0 * self.scale.count_um - self.scale.grating_um).abs() < 1e-9 * self.scale.grating_um;
-        (self.head.is_some() && !quarter)
-            .then_some("has a [head], so [scale] must have a `count_um` of a quarter of `grating_um`")
-    }
-}
-
-impl MotorPlant {
-    fn ranges(&self) -> [Range; 8] {
-        [
-            Range(".motor", "full_steps", f64::from(self.full_steps), 4.0, 10_000.0),
-            Range(".motor", "microsteps", f64::from(self.microsteps), 1.0, 1024.0),
-            Range(".motor", "holding_torque_nm", self.holding_torque_nm, 1e-3, 100.0),
-            Range(".motor", "detent_torque_nm", self.detent_torque_nm, 0.0, 100.0),
-            Range(".motor", "corner_rev_s", self.corner_rev_s, 0.1, 1e4),
-            Range(".motor", "inertia_kg_mm2", self.inertia_kg_mm2, 0.1, 1e5),
-            Range(".motor", "damping_ratio", self.damping_ratio, 0.0, 2.0),
-            Range(".motor", "microstep_error", self.microstep_error, 0.0, 1.0),
-        ]
-    }
-}
-
-impl DcMotorPlant {
-    fn ranges(&self) -> [Range; 8] {
-        [
-            Range(".dc_motor", "supply_v", self.supply_v, 0.1, 1000.0),
-            Range(".dc_motor", "resistance_ohm", self.resistance_ohm, 0.01, 1000.0),
-            Range(".dc_motor", "inductance_mh", self.inductance_mh, 0.0, 1000.0),
-            Range(".dc_motor", "constant_nm_a", self.constant_nm_a, 1e-4, 10.0),
-            Range(".dc_motor", "inertia_kg_mm2", self.inertia_kg_mm2, 0.1, 1e5),
-            Range(".dc_motor", "viscous_nm_s", self.viscous_nm_s, 0.0, 1.0),
-            Range(".dc_motor", "dead_time_v", self.dead_time_v, 0.0, self.supply_v),
-            Range(".dc_motor", "current_limit_a", self.current_limit_a, 1e-3, 1000.0),
-        ]
-    }
-}
-
-impl HeadPlant {
-    fn ranges(&self) -> [Range; 16] {
-        [
-            Range(".head", "amplitude", self.amplitude, 0.01, 2.0),
-            Range(".head", "offset_cos", self.offset_cos, -1.0, 1.0),
-            Range(".head", "offset_sin", self.offset_sin, -1.0, 1.0),
-            Range(".head", "gain", self.gain, 0.1, 10.0),
-            Range(".head", "phase_deg", self.phase_deg, -60.0, 60.0),
-            Range(".head", "third", self.third, -0.2, 0.2),
-            Range(".head", "fifth", self.fifth, -0.2, 0.2),
-            Range(".head", "noise", self.noise, 0.0, 0.5),
-            Range(".head", "skew_ns", self.skew_ns, -1e5, 1e5),
-            Range(".head", "drift", self.drift, 0.0, 0.5),
-            Range(".head", "drift_length_mm", self.drift_length_mm, 0.5, 1e4),
-            Range(".head", "drift_per_k", self.drift_per_k, -0.1, 0.1),
-            Range(".head", "line_rms_um", self.line_rms_um, 0.0, 10.0),
-            Range(".head", "bits", f64::from(self.bits), 8.0, 16.0),
-            Range(".head", "inl_lsb", self.inl_lsb, 0.0, 1000.0),
-            Range(".head", "hysteresis", self.hysteresis, 0.0, 0.5),
-        ]
+        ranges
     }
 }
 
@@ -605,11 +409,5 @@ mod tests {
             let error = Plant::read("m.toml", &text).unwrap_err();
             assert_eq!(error.line, Some(line), "{error}");
         }
-    }
-
-    #[test]
-    fn an_unknown_key_gets_the_nearest_valid_one() {
-        let message = with_nearest("unknown field `masss_kg`, expected one of `mass_kg`, `motor`, `screw`");
-        assert_eq!(message, "unknown key `masss_kg`; the nearest valid one is `mass_kg`");
     }
 }

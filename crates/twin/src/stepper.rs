@@ -3,7 +3,7 @@
 //! T = −Tm sin(Nr (θ − θcmd)) + Td sin(4 Nr θ): a spring that lets go. Pulled beyond half a period it falls into the
 //! next one, four full steps away: a stall. Driven fast, the current cannot follow and Tm falls.
 
-use crate::plant::MotorPlant;
+use crate::plant::StepperPlant;
 use crate::trig::sin_turns;
 
 /// A motor with its shaft; angles in turns, torques in N·m.
@@ -38,7 +38,7 @@ pub struct Stepper {
 
 impl Stepper {
     /// A motor at rest; `microstep_phase` in turns.
-    pub fn new(plant: &MotorPlant, inertia_kg_m2: f64, microstep_phase: f64) -> Self {
+    pub fn new(plant: &StepperPlant, inertia_kg_m2: f64, microstep_phase: f64) -> Self {
         let teeth = f64::from(plant.full_steps) / 4.0;
         let stiffness = plant.holding_torque_nm * teeth;
         let damping = 2.0 * plant.damping_ratio * (stiffness * inertia_kg_m2).sqrt();
@@ -98,7 +98,7 @@ impl Stepper {
 }
 
 /// Most of the microstep error repeats every full step, some every electrical turn of four.
-fn field_error(plant: &MotorPlant, phase: f64) -> Vec<f64> {
+fn field_error(plant: &StepperPlant, phase: f64) -> Vec<f64> {
     let peak = plant.microstep_error / f64::from(plant.full_steps);
     let pulses = 4 * plant.microsteps;
     let at = |pulse: u32| f64::from(pulse) / f64::from(pulses) + phase;
@@ -114,7 +114,7 @@ mod tests {
     const PERIOD: f64 = 1.0 / 50.0;
 
     fn motor() -> Stepper {
-        let plant = MotorPlant {
+        let plant = StepperPlant {
             full_steps: 200,
             microsteps: 16,
             holding_torque_nm: 0.07,

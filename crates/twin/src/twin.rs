@@ -1,7 +1,7 @@
 //! The twin itself: two axes, their scales and switches, a table, a room.
 
-use crate::analogue::HeadEvent;
 use crate::axis::Mechanics;
+use crate::event::{DigitalHead, Event};
 use crate::geometry::Geometry;
 use crate::heat::Heat;
 use crate::instruments::Thermometer;
@@ -20,73 +20,6 @@ const SUBSTEPS: u64 = 2;
 const CLOCKS: u64 = 1000;
 /// Ticks between two steps of heat.
 const HEAT_TICKS: u32 = 100;
-
-/// Something that happens to a stage.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Event {
-    /// Somebody pulls or plugs the encoder of an axis.
-    Encoder {
-        /// Which axis.
-        axis: usize,
-        /// Plugged in.
-        connected: bool,
-    },
-    /// Something happens to the analogue reading head of an axis; nothing where there is none.
-    Head {
-        /// Which axis.
-        axis: usize,
-        /// What.
-        event: HeadEvent,
-    },
-    /// Something blocks the slide, or lets it go.
-    Jam {
-        /// Which axis.
-        axis: usize,
-        /// Blocked.
-        jammed: bool,
-    },
-    /// A steady force on a slide, N.
-    Push {
-        /// Which axis.
-        axis: usize,
-        /// Newton.
-        newton: f64,
-    },
-    /// The low switch slips on its mount, µm.
-    MoveSwitch {
-        /// Which axis.
-        axis: usize,
-        /// Micrometres, positive towards the middle.
-        um: f64,
-    },
-    /// The low switch breaks off: it never closes again.
-    LoseSwitch {
-        /// Which axis.
-        axis: usize,
-    },
-    /// The emergency stop is pressed or pulled out.
-    EmergencyStop {
-        /// Pressed.
-        pressed: bool,
-    },
-    /// The power stage of an axis reports a fault, or no longer.
-    DriveFault {
-        /// Which axis.
-        axis: usize,
-        /// Faulty.
-        faulty: bool,
-    },
-    /// The controller misses ticks.
-    SkipTicks {
-        /// How many.
-        ticks: u32,
-    },
-    /// The host falls silent or speaks again.
-    HostSilent {
-        /// Silent.
-        silent: bool,
-    },
-}
 
 /// What only instruments may see.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -131,7 +64,7 @@ impl Axis {
         let switches = &axis.switches;
         Self {
             mechanics: Mechanics::new(axis, &plant.load, place_mm, seed, name),
-            scale: Scale::with_head(&axis.scale, axis.head.as_ref(), place_um, seed, name),
+            scale: Scale::new(axis, place_um, seed, name),
             low: Switch::new(switches, switches.low_mm, -1.0, seed, &format!("{name} low")),
             high: Switch::new(switches, switches.high_mm, 1.0, seed, &format!("{name} high")),
             emitter,
@@ -152,18 +85,15 @@ impl Axis {
         self.emitter.begin_tick(rate);
         let clocks = self.emitter.clocks_per_tick();
         let pulses = [clocks / 2, clocks].map(|clock| self.emitter.pulses_at(clock));
-        let duty = match output.actuation {
-            Actuation::Pwm(duty) if output.enable => duty,
-            _ => 0,
-        };
+        let duty = if let Actuation::Pwm(duty) = output.actuation { duty } else { 0 };
         Drive { enable: output.enable, pulses, duty }
     }
 
     /// One tick of `dt` seconds.
     fn step(&mut self, drive: &Drive, dt: f64) {
-        self.mechanics.energise(drive.enable && !self.drive_fault, self.pulses);
+        self.mechanics.energise(drive.enable && !self.drive_fault, self.pulses, drive.duty);
         for pulses in drive.pulses {
-            self.mechanics.step(pulses, f64::from(drive.duty) / 32_768.0, dt / SUBSTEPS as f64);
+            self.mechanics.step(pulses, dt / SUBSTEPS as f64);
             self.scale.move_to(self.mechanics.place_um(), CLOCKS / SUBSTEPS);
             self.pulses = pulses;
         }
@@ -190,12 +120,13 @@ impl Axis {
             return AxisInputs { illegal: 0, glitches: 0, index: None, ..self.seen };
         }
         let reading = self.scale.read();
+        let sin_cos = self.scale.sample(self.mechanics.speed_mm_s());
         self.seen = AxisInputs {
             counter: reading.counter,
             illegal: reading.illegal,
             glitches: reading.glitches,
             index: reading.index,
-            sin_cos: self.scale.sample(self.mechanics.speed_mm_s() * 1e3),
+            sin_cos,
             pulses: self.pulses,
             limit_low,
             limit_high,
@@ -357,10 +288,15 @@ impl Twin {
     }
 
     /// Something happens to the stage.
-    pub fn happen(&mut self, event: Event) {
+    ///
+    /// # Errors
+    /// When it is something that can only happen to an analogue head, and the head of the axis is digital.
+    pub fn happen(&mut self, event: Event) -> Result<(), DigitalHead> {
         match event {
             Event::Encoder { axis, connected } => self.axes[axis].scale.connect(connected),
-            Event::Head { axis, event } => self.axes[axis].scale.head_event(event),
+            Event::Head { axis, event } => {
+                self.axes[axis].scale.head_mut().ok_or(DigitalHead { axis })?.happen(event);
+            }
             Event::Jam { axis, jammed } => self.axes[axis].mechanics.jammed = jammed,
             Event::Push { axis, newton } => self.axes[axis].mechanics.push = newton,
             Event::MoveSwitch { axis, um } => self.axes[axis].low.shift(um),
@@ -370,6 +306,7 @@ impl Twin {
             Event::SkipTicks { ticks } => self.go_on_alone(ticks),
             Event::HostSilent { silent } => self.heartbeat_age = silent.then_some(0),
         }
+        Ok(())
     }
 
     /// The controller sleeps; the stage goes on with what it was told last, and what it shows meanwhile is lost.

@@ -110,7 +110,7 @@ fn high_end(plant: &Plant) -> u64 {
 
 fn push(seen: &mut Seen, newton: f64) {
     for axis in 0..2 {
-        seen.twin.happen(Event::Push { axis, newton });
+        seen.twin.happen(Event::Push { axis, newton }).unwrap();
     }
     seen.ticks(3000);
 }

@@ -44,7 +44,7 @@ fn the_zero_repeats_to_one_count_from_random_places() {
 #[test]
 fn a_moved_switch_is_reported_and_the_zero_stays() {
     let mut stage = Stage::homed(&plant(), 12);
-    stage.twin.happen(Event::MoveSwitch { axis: 1, um: -300.0 });
+    stage.twin.happen(Event::MoveSwitch { axis: 1, um: -300.0 }).unwrap();
     stage.home();
     let [x, y] = stage.controller.status().axes.map(|axis| axis.home);
     assert!(y.zero_shift.unwrap().abs() <= COUNT);
@@ -61,12 +61,12 @@ fn a_zero_that_moved_is_reported() {
     stage.controller.command(abbe_core::Command::Disable).unwrap();
     stage.wait(0.1);
     let before = stage.twin.truth().slides_um[0];
-    stage.twin.happen(Event::Encoder { axis: 0, connected: false });
-    stage.twin.happen(Event::Push { axis: 0, newton: 40.0 });
+    stage.twin.happen(Event::Encoder { axis: 0, connected: false }).unwrap();
+    stage.twin.happen(Event::Push { axis: 0, newton: 40.0 }).unwrap();
     stage.wait(0.3);
-    stage.twin.happen(Event::Push { axis: 0, newton: 0.0 });
+    stage.twin.happen(Event::Push { axis: 0, newton: 0.0 }).unwrap();
     stage.wait(0.1);
-    stage.twin.happen(Event::Encoder { axis: 0, connected: true });
+    stage.twin.happen(Event::Encoder { axis: 0, connected: true }).unwrap();
     stage.wait(0.1);
     let pushed = stage.twin.truth().slides_um[0] - before;
     assert!(pushed > 20.0, "pushed {pushed} µm");

@@ -145,9 +145,9 @@ fn what_happens_to_the_stage_is_seen_on_the_wires() {
     let mut plant = common::plant();
     plant.timing.missed_sample_probability = 0.0;
     let board = compare(&plant, |tick, twin| match tick {
-        3000 => twin.happen(Event::DriveFault { axis: 1, faulty: true }),
-        6000 => twin.happen(Event::Encoder { axis: 0, connected: false }),
-        20_000 => twin.happen(Event::EmergencyStop { pressed: true }),
+        3000 => twin.happen(Event::DriveFault { axis: 1, faulty: true }).unwrap(),
+        6000 => twin.happen(Event::Encoder { axis: 0, connected: false }).unwrap(),
+        20_000 => twin.happen(Event::EmergencyStop { pressed: true }).unwrap(),
         _ => {}
     });
     let mut twin = board.twin;

@@ -1,20 +1,19 @@
 //! Runs every folder of `tests/scenarios`: one behaviour each, named after its danger.
 //!
 //! A folder holds `README.md` (what may go wrong), `script.txt` (what is done and what must be seen, line by line)
-//! and, where the usual stage will not do, `stage.toml` (what differs from `presets/microscope-100.toml`).
+//! and, where the usual stage will not do, `stage.toml` (which preset, and what differs from it).
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+mod preset;
+
 use abbe_core::background;
-use abbe_core::design::StageSettings;
 use abbe_core::edge::{Actuation, StepRate};
 use abbe_core::{Accepted, Command, Controller, Outputs, Refusal, Status};
 use abbe_twin::script::{self, Player, Stage};
 use abbe_twin::{Plant, Twin};
 use std::fs;
 use std::path::{Path, PathBuf};
-
-const PRESET: &str = include_str!("../../../presets/microscope-100.toml");
 
 struct Scenario {
     controller: Controller<2>,
@@ -28,10 +27,15 @@ impl Scenario {
         let stage = fs::read_to_string(folder.join("stage.toml")).unwrap_or_default();
         let stage: toml::Table = toml::from_str(&stage).expect("stage.toml is TOML");
         let own = stage.get("plant").and_then(toml::Value::as_table).cloned().unwrap_or_default();
-        let plant = Plant::read_with("scenario", PRESET, &own).unwrap();
+        let preset = match stage.get("preset").map(|name| name.as_str().unwrap()) {
+            None => preset::MICROSCOPE_100,
+            Some("litho-120") => preset::LITHO_120,
+            Some(name) => panic!("no preset {name}"),
+        };
+        let plant = Plant::read_with("scenario", preset, &own).unwrap();
         let number = |key: &str, default: f64| stage.get(key).map_or(default, |v| v.as_float().expect(key));
-        let settings =
-            StageSettings { host_timeout_ms: number("host_timeout_ms", 0.0), ..StageSettings::default() };
+        let mut settings = preset::settings(preset);
+        settings.host_timeout_ms = number("host_timeout_ms", settings.host_timeout_ms);
         let at = [number("x_mm", 40.0), number("y_mm", 60.0)];
         Self {
             controller: Controller::new(settings.build().unwrap()),
@@ -137,6 +141,8 @@ fn an_expectation_that_is_not_met_ends_the_script_in_its_words() {
         ("expect zero shift x within 1 um", "the axis has not homed twice"),
         ("expect at 0 50 within 1 um", "the table is off its place by 50000.000 µm, more than 1 µm"),
         ("expect targets 1 0", "the targets are"),
+        ("expect signals y good", "no sine and cosine to be graded"),
+        ("light x 0.5", "the head of axis x is digital"),
     ] {
         let step = &script::parse(line).unwrap()[0].step;
         let unmet = player.step(step).unwrap_err().to_string();

@@ -144,11 +144,11 @@ fn motors_that_warm_up_move_the_table() {
 fn an_idle_stage_can_be_pushed_and_a_driven_one_cannot() {
     let mut stage = Stage::homed(&plant(), 6);
     stage.go(50.0, 50.0);
-    stage.twin.happen(abbe_twin::Event::Push { axis: 0, newton: 5.0 });
+    stage.twin.happen(abbe_twin::Event::Push { axis: 0, newton: 5.0 }).unwrap();
     let before = stage.twin.truth().slides_um[0];
     stage.wait(0.5);
     assert!((stage.twin.truth().slides_um[0] - before).abs() < 1.0);
-    stage.twin.happen(abbe_twin::Event::Push { axis: 0, newton: 40.0 });
+    stage.twin.happen(abbe_twin::Event::Push { axis: 0, newton: 40.0 }).unwrap();
     stage.controller.command(Command::Disable).unwrap();
     stage.wait(0.5);
     assert!((stage.twin.truth().slides_um[0] - before).abs() > 20.0);

@@ -63,7 +63,7 @@ mod tests {
                 100_010 => _ = pair.controller.command(Command::MoveTo([Pos::from_mm(3.0); 2])).unwrap(),
                 110_000 => _ = pair.controller.command(Command::MoveBy([Pos::from_mm(1.0); 2])).unwrap(),
                 111_000 => _ = pair.controller.command(Command::Stop).unwrap(),
-                118_000 => pair.twin.happen(Event::DriveFault { axis: 1, faulty: true }),
+                118_000 => pair.twin.happen(Event::DriveFault { axis: 1, faulty: true }).unwrap(),
                 _ => {}
             }
             if tick.is_multiple_of(4_999) || matches!(tick, 100_010 | 111_000 | 118_010) {

@@ -91,6 +91,23 @@ fn a_script_is_played_and_its_faults_are_told() {
 }
 
 #[test]
+fn what_happens_to_a_head_is_recorded_and_a_digital_head_refuses_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let script =
+        "home\nmove 2 2\nstart move 20 2\nwait 1\nstick cosine x\nwait until fault\nexpect state fault\n";
+    fs::write(dir.path().join("stick.txt"), script).unwrap();
+    let record = ["record", "s.abr", "--twin", "--script", "stick.txt"];
+    let written = done(dir.path(), &[&record[..], &["--preset", "litho-120"]].concat());
+    let told = written["faults"][0]["text"].as_str().unwrap();
+    assert!(told.contains("encoder"), "{written}");
+    let replayed = done(dir.path(), &["replay", "s.abr"]);
+    assert_eq!(replayed["marks"].as_array().unwrap().last().unwrap()["text"], told);
+    let ended = abbe(dir.path(), &["record", "d.abr", "--twin", "--script", "stick.txt"]);
+    assert_eq!(ended.status, Some(1));
+    assert!(ended.sentence().contains("stick.txt, line 5: the head of axis x is digital"), "{ended:?}");
+}
+
+#[test]
 fn a_replay_is_drawn_and_written_out() {
     let dir = tempfile::tempdir().unwrap();
     recorded(dir.path());

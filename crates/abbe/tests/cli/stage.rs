@@ -34,6 +34,39 @@ fn a_move_arrives() {
 }
 
 #[test]
+fn paper_b_s_stage_homes_and_grades_its_signals() {
+    let dir = tempfile::tempdir().unwrap();
+    let found = done(dir.path(), &["home", "--twin", "--preset", "litho-120", "--times", "2"]);
+    for axis in ["x", "y"] {
+        // The reference mark repeats to a count of 0.2 µm.
+        assert!(number(&found[axis]["largest_zero_shift_um"]) < 0.25, "{found}");
+        // The twin's converter loses a sample now and then.
+        let signals = &found["signals"][axis];
+        assert!(
+            signals["fail"] == "" && (signals["warn"] == "" || signals["warn"] == "samples missed"),
+            "{found}"
+        );
+    }
+}
+
+#[test]
+fn paper_b_s_stage_goes_over_all_of_its_travel() {
+    let dir = tempfile::tempdir().unwrap();
+    let asked = ["move", "120", "120", "--twin", "--preset", "litho-120"];
+    let found = done(dir.path(), &asked);
+    for axis in 0..2 {
+        // The window of the preset; paper B stays within 0.8 µm.
+        assert!((number(&found["position_mm"][axis]) - 120.0).abs() < 0.4e-3, "{found}");
+    }
+    assert!(number(&found["settle_s"]) < 0.5, "{found}");
+    let told = abbe(dir.path(), &asked).stdout;
+    for axis in ["x", "y"] {
+        assert!(told.contains(&format!("{axis}: encoder signals good (amplitude ")), "{told}");
+    }
+    assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0);
+}
+
+#[test]
 fn a_move_outside_the_travel_names_axis_value_and_limits() {
     let dir = tempfile::tempdir().unwrap();
     for (x, y, names) in [

@@ -27,13 +27,13 @@ pub struct Analogue {
     pub period_um: f64,
     /// Amplitude of the cosine, part of the converter's full scale; 0.05 … 1.
     pub amplitude: f64,
-    /// Offset of the cosine, parts of the amplitude; −0.3 … 0.3: beyond, the encoder is out of adjustment. `abbe encoder` finds this and the next three.
+    /// Offset of the cosine, parts of the amplitude; −0.25 … 0.25: beyond, the encoder is out of adjustment. `abbe encoder` finds this and the next three.
     pub offset_cos: f64,
-    /// Offset of the sine, parts of the amplitude; −0.3 … 0.3.
+    /// Offset of the sine, parts of the amplitude; −0.25 … 0.25.
     pub offset_sin: f64,
-    /// Amplitude of the sine over that of the cosine; 1/1.35 … 1.35.
+    /// Amplitude of the sine over that of the cosine; 1/1.5 … 1.5.
     pub gain: f64,
-    /// By how much the sine leads a quarter of a period, degrees; −15 … 15.
+    /// By how much the sine leads a quarter of a period, degrees; −25 … 25.
     pub phase_deg: f64,
     /// What is left after these, by harmonics of the phase: parts of a period, cosine and sine, each ± 1/64 at most.
     #[cfg_attr(feature = "serde", serde(default))]
@@ -84,12 +84,12 @@ impl Analogue {
         check(axis, "encoder.amplitude", self.amplitude, fits, "0.05 … 1")?;
         for (key, value) in [("encoder.offset_cos", self.offset_cos), ("encoder.offset_sin", self.offset_sin)]
         {
-            check(axis, key, value, value.abs() <= OFFSET.fail, "-0.3 … 0.3")?;
+            check(axis, key, value, value.abs() <= OFFSET.fail, "-0.25 … 0.25")?;
         }
         let fits = (1.0 / GAIN.fail..=GAIN.fail).contains(&self.gain);
-        check(axis, "encoder.gain", self.gain, fits, "0.7408 … 1.35")?;
+        check(axis, "encoder.gain", self.gain, fits, "0.6667 … 1.5")?;
         let fits = self.phase_deg.abs() <= QUADRATURE_DEG.fail;
-        check(axis, "encoder.phase_deg", self.phase_deg, fits, "-15 … 15")?;
+        check(axis, "encoder.phase_deg", self.phase_deg, fits, "-25 … 25")?;
         let peak = self.peak();
         let fits = peak * FULL_SCALE < f64::from(RAIL);
         check(

@@ -125,13 +125,13 @@ impl Bounds {
     }
 }
 
-/// Larger of both offsets, parts of the amplitude. 10 % of it are 12.7 nm of 0.8 µm before they are taken off: an encoder
+/// Larger of both offsets, parts of the amplitude. Before it is taken off, a tenth errs by 12.7 nm of 0.8 µm: an encoder
 /// that is so far out of adjustment can be corrected, but somebody should look at it. The bounds are ours, as are all here.
-pub const OFFSET: Bounds = Bounds { warn: 0.10, fail: 0.30 };
-/// The larger amplitude over the smaller.
-pub const GAIN: Bounds = Bounds { warn: 1.10, fail: 1.35 };
-/// From a quarter of a period, degrees; 5° are 5.6 nm before they are taken off.
-pub const QUADRATURE_DEG: Bounds = Bounds { warn: 5.0, fail: 15.0 };
+pub const OFFSET: Bounds = Bounds { warn: 0.10, fail: 0.25 };
+/// The larger amplitude over the smaller; the bounds err as those of the offset do.
+pub const GAIN: Bounds = Bounds { warn: 1.2, fail: 1.5 };
+/// From a quarter of a period, degrees; the bounds err by an eighth less than those of the offset.
+pub const QUADRATURE_DEG: Bounds = Bounds { warn: 10.0, fail: 25.0 };
 /// Noise of a channel, parts of the amplitude rms; the tick finds it as 1/32 and 1/16 of the amplitude from sample to sample
 /// in the mean, which is 2/√π of this.
 pub const NOISE: Bounds = Bounds { warn: 0.0277, fail: 0.0554 };
@@ -229,7 +229,7 @@ impl fmt::Display for SignalFault {
             Self::Missed => "the encoder gives no samples",
             Self::Disagrees => "the encoder's count and phase disagree",
             Self::Fast => "the motion is too fast for the encoder's samples",
-            Self::Slipped => "the encoder's counter lost or won whole periods",
+            Self::Slipped => "the encoder's position jumped: counts were lost or won, or a signal is false",
         })
     }
 }

@@ -11,6 +11,7 @@ pub use play::{PlayError, Player, Stage};
 
 use crate::Event;
 use abbe_core::machine::State;
+use abbe_core::sense::health::Grade;
 use abbe_core::{Command, Pos};
 
 /// A line that says something.
@@ -72,6 +73,8 @@ pub enum Expectation {
     ZeroShift(usize, Within),
     /// The switch of an axis moved so far, µm, between its last two homings.
     SwitchShift(usize, f64, Within),
+    /// The signals of an axis have this grade.
+    Signals(usize, Grade),
     /// No position is below zero.
     PositionPositive,
 }

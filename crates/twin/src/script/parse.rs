@@ -2,8 +2,9 @@
 
 use super::{Expectation, Line, Step, Within};
 use crate::Event;
-use crate::analogue::{Dirt, HeadEvent};
+use crate::analogue::{Channel, Dirt, HeadEvent};
 use abbe_core::machine::{STATES, State};
+use abbe_core::sense::health::Grade;
 use abbe_core::{Command, Pos};
 
 /// Longest wait and most repetitions of a line: beyond, a unit was mistaken.
@@ -11,6 +12,8 @@ const LONGEST_WAIT_S: f64 = 3600.0;
 const MOST_TIMES: u32 = 100_000;
 /// Places and forces beyond which a unit was mistaken, mm, µm or N.
 const LARGEST: f64 = 1e6;
+/// More light or gain than any lamp or amplifier gives.
+const MOST_GAIN: f64 = 100.0;
 
 /// A line that is not understood.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -67,21 +70,6 @@ fn event(words: &[&str]) -> Result<Event, String> {
     Ok(match words {
         ["pull", "encoder", name] => Event::Encoder { axis: axis(name)?, connected: false },
         ["plug", "encoder", name] => Event::Encoder { axis: axis(name)?, connected: true },
-        ["light", name, part] => head(name, HeadEvent::Light(number(part)?))?,
-        ["noise", name, times] => head(name, HeadEvent::Noise(number(times)?))?,
-        ["dirt", name, mm, "width", um, "depth", depth] => head(
-            name,
-            HeadEvent::Dirt(Dirt {
-                at_um: number(mm)? * 1e3,
-                width_um: positive(um)?,
-                depth: number(depth)?,
-            }),
-        )?,
-        ["stick", "cosine", name] => head(name, HeadEvent::Stuck([true, false]))?,
-        ["stick", "sine", name] => head(name, HeadEvent::Stuck([false, true]))?,
-        ["stick", "nothing", name] => head(name, HeadEvent::Stuck([false; 2]))?,
-        ["samples", "stop", name] => head(name, HeadEvent::NoSamples(true))?,
-        ["samples", "come", name] => head(name, HeadEvent::NoSamples(false))?,
         ["jam", name] => Event::Jam { axis: axis(name)?, jammed: true },
         ["free", name] => Event::Jam { axis: axis(name)?, jammed: false },
         ["push", name, newton] => Event::Push { axis: axis(name)?, newton: number(newton)? },
@@ -94,12 +82,34 @@ fn event(words: &[&str]) -> Result<Event, String> {
         ["skip", ticks, "ticks"] => Event::SkipTicks { ticks: whole(ticks, MOST_TIMES)? },
         ["host", "falls", "silent"] => Event::HostSilent { silent: true },
         ["host", "speaks"] => Event::HostSilent { silent: false },
-        _ => return Err(unknown(words)),
+        _ => return head_event(words),
     })
 }
 
-fn head(name: &str, event: HeadEvent) -> Result<Event, String> {
+fn head_event(words: &[&str]) -> Result<Event, String> {
+    let (name, event) = match *words {
+        ["dirt", name, at, "width", width, "depth", cosine, sine] => {
+            (name, HeadEvent::Dirt(dirt([at, width, cosine, sine])?))
+        }
+        ["clean", name] => (name, HeadEvent::Clean),
+        ["light", name, part] => (name, HeadEvent::Light { part: between(part, 0.0, MOST_GAIN)? }),
+        ["amplify", name, factor] => (name, HeadEvent::Amplify { factor: between(factor, 0.0, MOST_GAIN)? }),
+        ["noise", name, factor] => (name, HeadEvent::Noise { factor: between(factor, 0.0, LARGEST)? }),
+        ["stick", "cosine", name] => (name, HeadEvent::Stick { channel: Channel::Cosine }),
+        ["stick", "sine", name] => (name, HeadEvent::Stick { channel: Channel::Sine }),
+        ["unstick", name] => (name, HeadEvent::Unstick),
+        ["lose", ticks, "samples", name] => {
+            (name, HeadEvent::LoseSamples { ticks: whole(ticks, MOST_TIMES)? })
+        }
+        ["chatter", name, part] => (name, HeadEvent::Chatter { part: between(part, 0.0, 1.0)? }),
+        _ => return Err(unknown(words)),
+    };
     Ok(Event::Head { axis: axis(name)?, event })
+}
+
+fn dirt([at, width, cosine, sine]: [&str; 4]) -> Result<Dirt, String> {
+    let loss = [between(cosine, 0.0, 1.0)?, between(sine, 0.0, 1.0)?];
+    Ok(Dirt { at_mm: number(at)?, width_mm: between(width, 0.001, LARGEST)?, loss })
 }
 
 fn expectation(words: &[&str]) -> Result<Expectation, String> {
@@ -120,16 +130,17 @@ fn expectation(words: &[&str]) -> Result<Expectation, String> {
         ["switch", "shift", name, expected, "within", um, "um"] => {
             Expectation::SwitchShift(axis(name)?, number(expected)?, within(um)?)
         }
+        ["signals", name, grade] => Expectation::Signals(axis(name)?, self::grade(grade)?),
         ["position", "positive"] => Expectation::PositionPositive,
         _ => return Err(format!("`expect {}` is no expectation", words.join(" "))),
     })
 }
 
 /// The words that a line may begin with.
-const FIRST: [&str; 28] = [
+const FIRST: [&str; 32] = [
     "home", "enable", "disable", "move", "start", "stop", "reset", "wait", "settle", "repeat", "pull",
     "plug", "jam", "free", "push", "shift", "break", "press", "release", "drive", "skip", "host", "expect",
-    "light", "dirt", "stick", "samples", "noise",
+    "dirt", "clean", "light", "noise", "amplify", "stick", "unstick", "lose", "chatter",
 ];
 
 fn unknown(words: &[&str]) -> String {
@@ -152,15 +163,21 @@ fn state(name: &str) -> Result<State, String> {
     found.ok_or_else(|| format!("`{name}` is no state: {}", STATES.map(|state| state.to_string()).join(", ")))
 }
 
+fn grade(name: &str) -> Result<Grade, String> {
+    let found = [Grade::Good, Grade::Warn, Grade::Fail].into_iter().find(|grade| grade.to_string() == name);
+    found.ok_or_else(|| format!("`{name}` is no grade: good, warn or fail"))
+}
+
 fn number(word: &str) -> Result<f64, String> {
     let number: f64 = word.parse().map_err(|_| format!("`{word}` is not a number"))?;
     let allowed = number.abs() <= LARGEST;
     allowed.then_some(number).ok_or_else(|| format!("`{word}` is not within ±{LARGEST}"))
 }
 
-fn positive(word: &str) -> Result<f64, String> {
+fn between(word: &str, low: f64, high: f64) -> Result<f64, String> {
     let number = number(word)?;
-    (number > 0.0).then_some(number).ok_or_else(|| format!("`{word}` is not above 0"))
+    let allowed = (low..=high).contains(&number);
+    allowed.then_some(number).ok_or_else(|| format!("`{word}` is not within {low} … {high}"))
 }
 
 fn whole(word: &str, most: u32) -> Result<u32, String> {
@@ -201,6 +218,23 @@ mod tests {
     }
 
     #[test]
+    fn words_for_a_head_become_events_of_its_axis() {
+        let script = "dirt y 40 width 2 depth 0.7 0.5\nstick sine x\nlose 20 samples x\nchatter y 0.4\nlight x 0.5\nnoise x 9\nclean y";
+        let dirt = Dirt { at_mm: 40.0, width_mm: 2.0, loss: [0.7, 0.5] };
+        let events = [
+            (1, HeadEvent::Dirt(dirt)),
+            (0, HeadEvent::Stick { channel: Channel::Sine }),
+            (0, HeadEvent::LoseSamples { ticks: 20 }),
+            (1, HeadEvent::Chatter { part: 0.4 }),
+            (0, HeadEvent::Light { part: 0.5 }),
+            (0, HeadEvent::Noise { factor: 9.0 }),
+            (1, HeadEvent::Clean),
+        ];
+        let steps: Vec<Step> = parse(script).unwrap().into_iter().map(|line| line.step).collect();
+        assert_eq!(steps, events.map(|(axis, event)| Step::Happen(Event::Head { axis, event })));
+    }
+
+    #[test]
     fn what_is_not_understood_is_named_with_its_line() {
         for (line, names) in [
             ("hmoe", "`home`"),
@@ -213,8 +247,16 @@ mod tests {
             ("repeat 0 home", "`0`"),
             ("repeat 3", "`repeat`"),
             ("repeat 3 sing", "`sing`"),
+            ("light x -0.1", "`-0.1` is not within 0 … 100"),
+            ("noise x -1", "`-1` is not within 0"),
+            ("chatter x 1.5", "`1.5` is not within 0 … 1"),
+            ("dirt x 40 width 0 depth 1 1", "`0` is not within 0.001"),
+            ("dirt x 40 width 2 depth 1.2 1", "`1.2` is not within 0 … 1"),
+            ("dirt x 40 2 1 1", "`dirt` wants other words"),
+            ("stick x", "`stick` wants other words"),
             ("expect state asleep", "off, homing, ready"),
             ("expect fault", "`expect fault`"),
+            ("expect signals x bad", "good, warn or fail"),
             ("expect nothing", "`expect nothing`"),
         ] {
             let error = parse(&format!("home\n{line}")).unwrap_err();

@@ -1,7 +1,7 @@
 //! Plays a script on a stage and looks whether it does what the script expects.
 
 use super::{Expectation, Step, Within};
-use crate::{Event, Twin};
+use crate::{DigitalHead, Event, Twin};
 use abbe_core::publish::{End, Fault, HomingFailure};
 use abbe_core::sense::health::SignalFault;
 use abbe_core::{Accepted, Command, Pos, Refusal, Status};
@@ -76,6 +76,9 @@ pub enum PlayError<E> {
     /// An expectation is not met.
     #[error("{0}")]
     Unmet(String),
+    /// The stage has no such head.
+    #[error(transparent)]
+    Digital(#[from] DigitalHead),
     /// The stage ended the run.
     #[error(transparent)]
     Stage(E),
@@ -128,7 +131,7 @@ impl<S: Stage> Player<S> {
                     self.step(step)?;
                 }
             }
-            Step::Happen(event) => self.event(*event),
+            Step::Happen(event) => self.event(*event)?,
             Step::Expect(expectation) => self.expect(expectation).map_err(PlayError::Unmet)?,
         }
         self.tick()
@@ -191,9 +194,9 @@ impl<S: Stage> Player<S> {
         self.worst_off_line_um = 0.0;
     }
 
-    fn event(&mut self, event: Event) {
+    fn event(&mut self, event: Event) -> Result<(), DigitalHead> {
         self.at_event = self.stage.twin().truth().slides_um;
-        self.stage.twin_mut().happen(event);
+        self.stage.twin_mut().happen(event)
     }
 
     fn expect(&self, expectation: &Expectation) -> Result<(), String> {
@@ -224,6 +227,12 @@ impl<S: Stage> Player<S> {
             Expectation::Targets(asked) => {
                 let targets = status.axes.map(|axis| axis.target);
                 holds(targets == *asked, || format!("the targets are {:?} mm", targets.map(Pos::mm)))
+            }
+            Expectation::Signals(axis, grade) => {
+                let found =
+                    status.axes[*axis].signals.ok_or("the axis has no sine and cosine to be graded")?;
+                let (worst, all) = (found.grade(), found.warn.and(found.fail));
+                holds(worst == *grade, || format!("the signals are {worst} ({all}), not {grade}"))
             }
             _ => self.expect_measured(expectation, &status),
         }
