@@ -130,8 +130,8 @@ const fn counts(number: f64) -> What {
 
 /// A block is 256 samples; what is graded is told at the end of the block after the one in which it begins.
 const BLOCKS_MS: f64 = 51.2;
-/// A sample that does not come is bridged by the count: half of one, and the hysteresis.
-const BRIDGED_UM: f64 = 0.25;
+/// A sample that does not come is bridged at the same speed: what the acceleration changes meanwhile.
+const BRIDGED_UM: f64 = 0.1;
 const DEEP: What = What::Dirt { depth: [0.8, 1.0], width_mm: [0.03, 1.0], mm_s: [0.05, 5.0] };
 const MILD: What = What::Dirt { depth: [0.5, 0.6], width_mm: [0.03, 1.0], mm_s: [0.05, 5.0] };
 const FADES: What = What::Fades([0.3, 3.0]);
@@ -166,7 +166,7 @@ pub(crate) const CASES: [Case; 23] = [
     case("comparators chatter, noise of 20 … 50 %", Chatter([0.2, 0.5]), CHATTER, AtOnce, [700.0, 2.0]),
     case("a channel sticks", Sticks, fault(DISTURBED), Off, [BLOCKS_MS, 0.5]),
     case("1 … 7 samples missing", Missing([1.0, 7.0]), finding(Findings::MISSED), AtOnce, [26.0, BRIDGED_UM]),
-    case("9 … 1000 samples missing", Missing([9.0, 1000.0]), fault(&[Missed]), AtOnce, [0.9, BRIDGED_UM]),
+    case("9 … 1000 samples missing", Missing([9.0, 1000.0]), fault(&[Missed]), AtOnce, [0.9, 0.25]),
     case("1 count lost or won", counts(1.0), BESIDE, AtOnce, [20.0, BRIDGED_UM]),
     case("2 counts", counts(2.0), COUNT, AtOnce, [0.2, 0.85]),
     case("3 counts", counts(3.0), COUNT, AtOnce, [0.3, 0.85]),
