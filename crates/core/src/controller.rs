@@ -169,8 +169,8 @@ impl<const N: usize> Controller<N> {
     ///
     /// State, fault, move number and last move are those of this instant, so that a command is seen at once; all else is as
     /// the last tick left it. Positions are picometres: `position`, `set_point` and `target` in the stage frame, `reading` and
-    /// `following_error` (set-point minus reading) in that of the scale. Before homing a position is a distance from where
-    /// the stage stood at power-on; `homed` tells.
+    /// `following_error` (set-point minus reading) in that of the scale. Before homing a position counts from where the
+    /// stage stood at power-on, or, with an analogue head, from the beginning of a period near there; `homed` tells.
     pub fn status(&self) -> Status<N> {
         Status {
             tick: self.last_tick.unwrap_or(0),
