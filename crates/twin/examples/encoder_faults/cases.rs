@@ -155,7 +155,7 @@ pub(crate) const CASES: [Case; 24] = [
     case("light gone to 0 … 25 %", Light([0.0, 0.25]), LOST, AtOnce, [0.5, 1.5]),
     case("light at 50 … 62 %", Light([0.5, 0.62]), WEAK, AtOnce, [BLOCKS_MS, BRIDGED_UM]),
     case("light fades in 0.3 … 3 s", FADES, WEAK, HalfTheLight, [0.0, BRIDGED_UM]),
-    case("light fades in 0.3 … 3 s", FADES, LOST, HalfTheLight, [450.0, 0.3]),
+    case("light fades in 0.3 … 3 s", FADES, fault(DISTURBED), HalfTheLight, [450.0, 0.3]),
     case(
         "dirt of 80 … 100 %, 0.03 … 1 mm, at 0.05 … 5 mm/s",
         DEEP,
