@@ -443,7 +443,7 @@ impl AxisSettings {
     fn servo(&self, tick_hz: f64) -> servo::Config {
         let one = self.pulse_speed();
         let [kp, ki, kd] = self.gains(tick_hz).map(|gain| libm::round(gain) as i32);
-        let fastest = 1.2 * self.speed_mm_s * crate::units::PM_PER_MM / tick_hz;
+        let fastest = self.motor.fastest_mm_s(self.speed_mm_s) * crate::units::PM_PER_MM / tick_hz;
         servo::Config {
             kp,
             ki,
@@ -456,8 +456,7 @@ impl AxisSettings {
 
     fn drive(&self, tick_hz: f64) -> drive::Config {
         let pulses = |mm: f64| mm * 1e3 / self.step_um * 65_536.0;
-        // The law may correct a little faster than the path asks.
-        let fastest = pulses(1.2 * self.speed_mm_s) / tick_hz;
+        let fastest = pulses(self.motor.fastest_mm_s(self.speed_mm_s)) / tick_hz;
         let change = pulses(3.0 * self.acceleration_mm_s2) / (tick_hz * tick_hz);
         drive::Config {
             fastest: fastest.clamp(1.0, 2_147_483_647.0) as i32,

@@ -147,12 +147,21 @@ pub enum Motor {
     /// A DC motor behind an H-bridge (row B1). The servo's speeds become voltages; `step_um` is only the unit in which
     /// they are counted.
     Dc {
-        /// Speed at full duty without load, mm/s.
+        /// Speed for which full duty is enough, mm/s: the working speed over the duty that it takes, friction and all.
         full_speed_mm_s: f64,
     },
 }
 
 impl Motor {
+    /// What the law may ask for at most: to correct, a little more than the path asks; of a DC motor, whose speeds are
+    /// voltages that friction eats from, all that there is.
+    pub(super) fn fastest_mm_s(&self, speed_mm_s: f64) -> f64 {
+        match *self {
+            Self::Stepper => 1.2 * speed_mm_s,
+            Self::Dc { full_speed_mm_s } => full_speed_mm_s,
+        }
+    }
+
     pub(super) fn check(&self, axis: usize, speed_mm_s: f64) -> Result<(), DesignError> {
         let Self::Dc { full_speed_mm_s } = *self else { return Ok(()) };
         let fits = full_speed_mm_s >= 1.2 * speed_mm_s && full_speed_mm_s <= 1e4;
