@@ -30,6 +30,7 @@ pub mod script;
 mod event;
 mod table;
 mod twin;
+mod vibration;
 mod wander;
 
 pub use event::{DigitalHead, Event};

@@ -114,6 +114,9 @@ pub struct ScalePlant {
     pub cyclic_um: f64,
     /// Noise of the reading head, µm rms.
     pub noise_um: f64,
+    /// What the floor moves the head against the grating, 5 … 50 Hz, nm rms; without this key nothing.
+    #[serde(default)]
+    pub vibration_nm: f64,
     /// Expansion of the glass, µm/m/K.
     pub expansion_um_m_k: f64,
     /// Reference mark, mm.
@@ -338,6 +341,7 @@ impl AxisPlant {
             Range(".scale", "graduation_length_mm", scale.graduation_length_mm, 0.5, 1e4),
             Range(".scale", "cyclic_um", scale.cyclic_um, 0.0, 1.0),
             Range(".scale", "noise_um", scale.noise_um, 0.0, 1.0),
+            Range(".scale", "vibration_nm", scale.vibration_nm, 0.0, 1e4),
             Range(".scale", "expansion_um_m_k", scale.expansion_um_m_k, -100.0, 100.0),
             Range(".scale", "index_mm", scale.index_mm, -1000.0, 1000.0),
             Range(".scale", "index_jitter_counts", scale.index_jitter_counts, 0.0, 1000.0),

@@ -11,6 +11,7 @@ use crate::plant::{AxisPlant, Plant};
 use crate::scale::{Lines, Scale};
 use crate::switches::Switch;
 use crate::table::Table;
+use crate::vibration::Vibration;
 use abbe_core::edge::{Actuation, AxisInputs, AxisOutputs, Inputs, Outputs, StepRate};
 use abbe_core::front::{StepEmitter, emitter};
 
@@ -38,6 +39,7 @@ pub struct Truth {
 #[derive(Clone, Debug)]
 struct Axis {
     mechanics: Mechanics,
+    vibration: Vibration,
     scale: Scale,
     low: Switch,
     high: Switch,
@@ -64,6 +66,7 @@ impl Axis {
         let switches = &axis.switches;
         Self {
             mechanics: Mechanics::new(axis, &plant.load, place_mm, seed, name),
+            vibration: Vibration::new(axis.scale.vibration_nm, seed, name),
             scale: Scale::new(axis, place_um, seed, name),
             low: Switch::new(switches, switches.low_mm, -1.0, seed, &format!("{name} low")),
             high: Switch::new(switches, switches.high_mm, 1.0, seed, &format!("{name} high")),
@@ -94,10 +97,16 @@ impl Axis {
         self.mechanics.energise(drive.enable && !self.drive_fault, self.pulses, drive.duty);
         for pulses in drive.pulses {
             self.mechanics.step(pulses, dt / SUBSTEPS as f64);
-            self.scale.move_to(self.mechanics.place_um(), CLOCKS / SUBSTEPS);
+            self.vibration.step(dt / SUBSTEPS as f64);
+            self.scale.move_to(self.place_um(), CLOCKS / SUBSTEPS);
             self.pulses = pulses;
         }
         self.table.step(self.mechanics.place_um(), self.mechanics.speed_mm_s());
+    }
+
+    /// The slide's place with what the floor does to it, µm.
+    fn place_um(&self) -> f64 {
+        self.mechanics.place_um() + self.vibration.um()
     }
 
     /// The contacts of both switches, low and high.
@@ -319,8 +328,9 @@ impl Twin {
 
     /// Where everything really is. For instruments only.
     pub fn truth(&self) -> Truth {
-        let slides_um = self.axes.each_ref().map(|axis| axis.mechanics.place_um());
-        let tables = self.axes.each_ref().map(|axis| axis.table.place_um());
+        let slides_um = self.axes.each_ref().map(Axis::place_um);
+        // The floor is too quick for the table's elastic reversal to swallow it.
+        let tables = self.axes.each_ref().map(|axis| axis.table.place_um() + axis.vibration.um());
         let bent = self.geometry.deviation_um(slides_um);
         let drift = self.heat.drift_um();
         Truth {

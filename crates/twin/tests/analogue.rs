@@ -30,38 +30,111 @@ fn run(twin: &mut Twin, outputs: &Outputs<2>, ticks: u32, mut seen: impl FnMut(&
     }
 }
 
+/// Least imperfections of each axis, as keys of the preset. The offsets are those of [`LEAST_OF_A_CHANNEL`].
+const LEAST_OF_AN_AXIS: [(&str, f64); 22] = [
+    ("head.phase_deg", 3.0),
+    ("head.third_harmonic", 0.005),
+    ("head.fifth_harmonic", 0.005),
+    ("head.noise", 0.005),
+    ("head.skew_ns", 50.0),
+    ("head.wander_offset", 0.01),
+    ("head.wander_amplitude", 0.03),
+    ("head.line_nm", 1.0),
+    ("head.bow_lsb", 2.0),
+    ("head.codes_lsb", 0.5),
+    ("scale.graduation_rms_um", 0.1),
+    ("scale.vibration_nm", 5.0),
+    ("scale.expansion_um_m_k", 8.0),
+    ("scale.index_jitter_counts", 0.1),
+    ("motor.ripple", 0.05),
+    ("motor.dead_zone_v", 0.25),
+    ("screw.once_per_turn_um", 2.0),
+    ("screw.backlash_um", 5.0),
+    ("friction.coulomb_n", 10.0),
+    ("friction.breakaway_n", 14.0),
+    ("switches.scatter_um", 5.0),
+    ("switches.bounce_ms", 2.0),
+];
+/// The same of the whole stage.
+const LEAST: [(&str, f64); 19] = [
+    ("geometry.scale_sideways_mm", 40.0),
+    ("geometry.scale_down_mm", 5.0),
+    ("geometry.angle_arcsec_pp", 0.5),
+    ("geometry.straightness_um_pp", 0.3),
+    ("geometry.squareness_arcsec", 5.0),
+    ("geometry.reversal_um", 0.05),
+    ("geometry.random_um", 0.002),
+    ("heat.room_swing_k", 0.05),
+    ("heat.motor_drift_um", 0.1),
+    ("thermometers.offset_k", 0.1),
+    ("thermometers.noise_k", 0.02),
+    ("interferometer.noise_um", 0.002),
+    ("interferometer.dead_path_um_k", 0.05),
+    ("interferometer.misalignment_mrad", 0.5),
+    ("interferometer.air_ppm", 0.3),
+    ("loop.jitter", 0.01),
+    ("camera.angle_deg", 0.3),
+    ("camera.pixel_scale_error", 0.002),
+    ("camera.distortion_corner_px", 1.0),
+];
+/// Offset of one channel at least, gain away from 1 at least.
+const LEAST_OF_A_CHANNEL: f64 = 0.04;
+const LEAST_GAIN: f64 = 0.06;
+/// What the controller must be able to go: speed, acceleration, jerk.
+const LIMITS: [(&str, f64); 3] = [("speed_mm_s", 5.0), ("acceleration_mm_s2", 100.0), ("jerk_mm_s3", 5000.0)];
+
+/// The number at a path of keys.
+fn number(table: &toml::Value, path: &str) -> f64 {
+    path.split('.').fold(table, |value, key| &value[key]).as_float().unwrap()
+}
+
+fn at_least(table: &toml::Value, least: &[(&str, f64)]) {
+    for (path, least) in least {
+        let value = number(table, path);
+        assert!(value.abs() >= *least, "{path} = {value}, at least {least}");
+    }
+}
+
+/// Lead (1 mm, not 5) and the structure's own mode near 80 Hz are not promised yet: the preset has neither.
 #[test]
 fn the_preset_is_at_least_as_unkind_as_promised() {
     let preset: toml::Value = toml::from_str(PRESET).unwrap();
-    let least = [
-        ("x.head.offset_cos", 0.05),
-        ("x.head.offset_sin", 0.03),
-        ("y.head.offset_sin", 0.05),
-        ("x.head.phase_deg", 4.0),
-        ("y.head.phase_deg", 4.0),
-        ("x.head.third_harmonic", 0.01),
-        ("x.head.fifth_harmonic", 0.005),
-        ("x.head.noise", 0.003),
-        ("x.head.skew_ns", 50.0),
-        ("x.head.wander_offset", 0.01),
-        ("x.head.wander_amplitude", 0.03),
-        ("x.head.line_nm", 1.0),
-        ("x.head.bow_lsb", 2.0),
-        ("x.head.codes_lsb", 0.5),
-        ("x.screw.backlash_um", 4.0),
-        ("x.screw.once_per_turn_um", 2.0),
-        ("x.motor.ripple", 0.05),
-        ("x.motor.dead_zone_v", 0.25),
-        ("geometry.angle_arcsec_pp", 0.5),
-        ("loop.jitter", 0.01),
-    ];
-    for (path, least) in least {
-        let value = path.split('.').fold(&preset["plant"], |value, key| &value[key]).as_float().unwrap();
-        assert!(value.abs() >= least, "{path} = {value}, at least {least}");
+    let plant = &preset["plant"];
+    at_least(plant, &LEAST);
+    for name in ["x", "y"] {
+        let axis = &plant[name];
+        at_least(axis, &LEAST_OF_AN_AXIS);
+        at_least(&preset["controller"][name], &LIMITS);
+        let offset = number(axis, "head.offset_cos").abs().max(number(axis, "head.offset_sin").abs());
+        assert!(offset >= LEAST_OF_A_CHANNEL, "{name}: {offset}");
+        let gain = number(axis, "head.gain");
+        assert!((gain - 1.0).abs() >= LEAST_GAIN, "{name}: {gain}");
+        let stiffness = number(axis, "screw.stiffness_n_um");
+        assert!(stiffness <= 50.0, "{name}: {stiffness} N/µm, at most 50");
+        assert!(axis["head"]["bits"].as_integer().unwrap() <= 12);
     }
-    for (axis, gain) in [("x", 1.08), ("y", 0.93)] {
-        assert_eq!(preset["plant"][axis]["head"]["gain"].as_float(), Some(gain));
-    }
+    assert!(number(plant, "camera.vignetting") >= 0.25 && number(plant, "camera.read_noise_e") > 0.0);
+}
+
+/// The floor moves a stage that stands, and scale and instruments see the same of it.
+#[test]
+fn the_floor_moves_what_stands() {
+    let still = |vibration_nm: f64| {
+        let mut plant = plant();
+        plant.x.scale.vibration_nm = vibration_nm;
+        let mut twin = Twin::standing_at(&plant, TICK_HZ, 6, [40.0, 60.0]);
+        let (mut slides, mut tables) = (Vec::new(), Vec::new());
+        run(&mut twin, &Outputs::OFF, 20_000, |twin, _| {
+            slides.push(twin.truth().slides_um[0]);
+            tables.push(twin.truth().table_um[0]);
+        });
+        [slides, tables].map(|places| {
+            let mean = places.iter().sum::<f64>() / places.len() as f64;
+            (places.iter().map(|um| (um - mean).powi(2)).sum::<f64>() / places.len() as f64).sqrt()
+        })
+    };
+    assert!(still(0.0).iter().all(|rms| *rms < 0.001), "{:?}", still(0.0));
+    assert!(still(5.0).iter().all(|rms| (0.0045..0.0055).contains(rms)), "{:?}", still(5.0));
 }
 
 #[test]
@@ -81,12 +154,22 @@ fn the_supply_moves_the_stage_at_more_than_5_mm_s_and_an_open_bridge_stops_it() 
     assert!((twin.truth().slides_um[0] - before[0]).abs() < 0.1);
 }
 
-/// Reading from counter and codes, fringes: the codes' phase in the fringe that the counter says.
-fn fringes(axis: &AxisInputs) -> f64 {
+/// Phase of the codes, fringes.
+fn phase(axis: &AxisInputs) -> f64 {
     let SinCos { sin, cos } = axis.sin_cos.unwrap();
-    let turns = f64::from(sin).atan2(f64::from(cos)) / std::f64::consts::TAU;
-    let coarse = (f64::from(axis.counter.cast_signed()) + 0.5) / 4.0;
-    coarse + (turns - coarse + 0.5).rem_euclid(1.0) - 0.5
+    f64::from(sin).atan2(f64::from(cos)) / std::f64::consts::TAU
+}
+
+/// The counter, fringes: it began with zero wherever the grating was.
+fn coarse(axis: &AxisInputs) -> f64 {
+    f64::from(axis.counter.cast_signed()) / 4.0
+}
+
+/// Reading from counter and codes, fringes: the codes' phase in the fringe that the counter says. `from` is the phase
+/// where the counter was zero.
+fn fringes(axis: &AxisInputs, from: f64) -> f64 {
+    let coarse = coarse(axis) + from;
+    coarse + (phase(axis) - coarse + 0.5).rem_euclid(1.0) - 0.5
 }
 
 #[test]
@@ -95,7 +178,7 @@ fn counts_and_codes_tell_the_same_way_and_it_is_the_true_one() {
     // The glass takes its temperature in the first tick.
     run(&mut twin, &Outputs::OFF, 10, |_, _| {});
     let start = twin.truth().slides_um;
-    let mut phase_offset = [None; 2];
+    let (mut from, mut phase_offset) = ([None; 2], [None; 2]);
     let (mut worst_um, mut apart) = (0.0f64, [[f64::MAX, f64::MIN]; 2]);
     for part in [0.4, 0.0, -0.4, 0.0] {
         // What is seen is a tick old.
@@ -106,7 +189,8 @@ fn counts_and_codes_tell_the_same_way_and_it_is_the_true_one() {
                 if input.sin_cos.is_none() {
                     continue;
                 }
-                let (turns, true_turns) = (fringes(input), (last[axis] - start[axis]) / 0.8);
+                let from = *from[axis].get_or_insert(phase(input) - coarse(input));
+                let (turns, true_turns) = (fringes(input, from), (last[axis] - start[axis]) / 0.8);
                 let offset = *phase_offset[axis].get_or_insert(turns - true_turns);
                 worst_um = worst_um.max((turns - offset - true_turns).abs() * 0.8);
                 let sub = turns * 4.0 - f64::from(input.counter.cast_signed());
@@ -115,8 +199,9 @@ fn counts_and_codes_tell_the_same_way_and_it_is_the_true_one() {
             last = twin.truth().slides_um;
         });
     }
-    // 13 nm of the signals either way, seen from a place that errs itself; 0.007 µm/mm of the scale over 4 mm.
-    assert!((0.02..0.08).contains(&worst_um), "{worst_um}");
+    // 13 nm of the signals either way, seen from a place that errs itself; 0.007 µm/mm of the scale over 4 mm, and its
+    // graduation, which changes by 0.018 µm/mm rms.
+    assert!((0.02..0.15).contains(&worst_um), "{worst_um}");
     // The phase stays within its count, but for hysteresis and offsets that move the edges by a tenth.
     assert!(apart.iter().all(|[low, high]| (0.9..1.3).contains(&(high - low))), "{apart:?}");
 }
