@@ -167,7 +167,7 @@ impl Head {
         let seen = if connected {
             [self.signals(reading_um, &levels)[0], self.signals(reading_um + late_um, &levels)[1]]
         } else {
-            [self.plant.unplugged; 2]
+            [self.faults.unplugged.unwrap_or(self.plant.unplugged); 2]
         };
         let noise = self.plant.noise * self.faults.noise * self.plant.amplitude * self.faults.amplifier;
         let [cos, sin] = seen.map(|signal| signal + noise * self.noise.normal());

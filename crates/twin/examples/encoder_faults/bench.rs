@@ -111,7 +111,8 @@ impl Bench {
             harmonics: Harmonics::default(),
             rail: 32_500,
             counted: !matches!(what, What::Jumps { .. }),
-            factor: 0,
+            // Paper B's 5 nm or as fine as the samples are: no fault is told by it.
+            factor: if noise.chance(0.5) { 160 } else { 0 },
             sample_limit: 0,
             count_limit: false,
             tracks: true,
@@ -204,7 +205,14 @@ impl Bench {
         let mut drawn = |[low, high]: Range| noise.uniform(low, high);
         match what {
             What::Nothing => {}
-            What::Pulled => self.scale.connect(false),
+            What::Pulled(level) => {
+                let level = drawn(level);
+                self.pull(level);
+            }
+            What::Freezes => {
+                self.head_event(HeadEvent::Stick { channel: Channel::Cosine });
+                self.head_event(HeadEvent::Stick { channel: Channel::Sine });
+            }
             What::Light(part) => {
                 let part = drawn(part);
                 self.head_event(HeadEvent::Light { part });
@@ -237,6 +245,12 @@ impl Bench {
             What::Counts(number) => self.count += (drawn(number).round() * sign(noise)) as i64,
             What::Jumps { samples, periods } => self.ongoing = Ongoing::Jumping { left: samples, periods },
         }
+    }
+
+    /// The head floats at this level of the converter.
+    fn pull(&mut self, level: f64) {
+        self.head_event(HeadEvent::Unplugged { level });
+        self.scale.connect(false);
     }
 
     fn head_event(&mut self, event: HeadEvent) {

