@@ -101,7 +101,7 @@ pub(crate) struct Bench {
 }
 
 impl Bench {
-    pub(crate) fn new(plant: &Plant, seed: u32, what: What) -> Self {
+    pub(crate) fn new(plant: &Plant, seed: u32, counted: bool) -> Self {
         let mut noise = Noise::new(seed.into(), "encoder faults");
         let (axis, name) = if noise.chance(0.5) { (&plant.x, "x") } else { (&plant.y, "y") };
         let head = axis.head.as_ref().expect("the preset has analogue heads");
@@ -110,7 +110,7 @@ impl Bench {
             ellipse: Ellipse::circle(head.amplitude * FULL_SCALE),
             harmonics: Harmonics::default(),
             rail: 32_500,
-            counted: !matches!(what, What::Jumps { .. }),
+            counted,
             // Paper B's 5 nm or as fine as the samples are: no fault is told by it.
             factor: if noise.chance(0.5) { 160 } else { 0 },
             sample_limit: 0,

@@ -95,6 +95,8 @@ pub(crate) struct Case {
     /// From the danger on it must be told within so many ms, with the position off by so many µm at most.
     pub(crate) within_ms: f64,
     pub(crate) within_um: f64,
+    /// Comparators and a counter count the same signals.
+    pub(crate) counted: bool,
 }
 
 /// Rows in which the head does not tell every seed: a plug that floats at mid level freezes codes and counts alike, and
@@ -130,7 +132,12 @@ const fn case(
     danger: Danger,
     [within_ms, within_um]: [f64; 2],
 ) -> Case {
-    Case { name, what, told, danger, within_ms, within_um }
+    Case { name, what, told, danger, within_ms, within_um, counted: true }
+}
+
+/// The same head without a counter.
+const fn uncounted(case: Case) -> Case {
+    Case { counted: false, ..case }
 }
 
 const fn counts(number: f64) -> What {
@@ -145,6 +152,8 @@ const DEEP: What = What::Dirt { depth: [0.8, 1.0], width_mm: [0.03, 1.0], mm_s: 
 const MILD: What = What::Dirt { depth: [0.5, 0.6], width_mm: [0.03, 1.0], mm_s: [0.05, 5.0] };
 const FADES: What = What::Fades([0.3, 3.0]);
 const JUMPS: What = What::Jumps { samples: 40, periods: [0.4, 10.0] };
+/// Without a counter a phase that is half a lie looks like a jump, too.
+const UNCOUNTED: &[SignalFault] = &[Fast, Lost, OffCircle];
 const WEAK: Told = finding(Findings::WEAK);
 /// The eighth is the last that may be missing, or the first that may not.
 const MISSES: Told = either(&[Missed], Findings::MISSED);
@@ -157,7 +166,7 @@ const BESIDE: Told = either(&[Disagrees], Findings::DISAGREES);
 use Danger::{AtOnce, HalfTheLight, Off};
 use What::{Amplify, Chatter, Counts, Freezes, Light, Missing, Noise, Nothing, Pulled, Sticks};
 
-pub(crate) const CASES: [Case; 27] = [
+pub(crate) const CASES: [Case; 31] = [
     case("nothing", Nothing, NEVER, AtOnce, [0.0, BRIDGED_UM]),
     case("plug pulled, level near zero", Pulled([0.0, 0.04]), LOST, AtOnce, [0.5, 1.5]),
     case(PLUG_ANYWHERE, Pulled([-1.0, 1.0]), fault(DISTURBED), AtOnce, [0.5, 1.5]),
@@ -190,5 +199,15 @@ pub(crate) const CASES: [Case; 27] = [
     case("6 counts", counts(6.0), COUNT, AtOnce, [0.2, 1.65]),
     case("8 counts", counts(8.0), COUNT, AtOnce, [0.3, 1.65]),
     case("9 … 10 000 counts", Counts([9.0, 10_000.0]), COUNT, AtOnce, [0.3, 2001.0]),
-    case("40 jumps of 0.4 … 10 periods, no counter", JUMPS, fault(&[Fast]), AtOnce, [4.0, 50.0]),
+    uncounted(case("plug pulled, no counter", Pulled([0.0, 0.04]), LOST, AtOnce, [0.5, 1.5])),
+    uncounted(case("light gone to 0 … 25 %, no counter", Light([0.0, 0.25]), LOST, AtOnce, [0.5, 1.5])),
+    uncounted(case("dirt of 80 … 100 %, no counter", DEEP, fault(UNCOUNTED), HalfTheLight, [300.0, 0.9])),
+    uncounted(case(
+        "9 … 1000 samples missing, no counter",
+        Missing([9.0, 1000.0]),
+        fault(&[Missed]),
+        AtOnce,
+        [0.9, 0.25],
+    )),
+    uncounted(case("40 jumps of 0.4 … 10 periods, no counter", JUMPS, fault(&[Fast]), AtOnce, [4.0, 50.0])),
 ];

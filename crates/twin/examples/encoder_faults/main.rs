@@ -49,7 +49,7 @@ enum Wrong {
 /// One seed: from the danger on so many ticks until it was told, and how far off the position was until then at most and
 /// when it was told, µm.
 fn run(case: &Case, plant: &Plant, seed: u32) -> Result<(i64, [f64; 2]), Wrong> {
-    let mut bench = Bench::new(plant, seed, case.what);
+    let mut bench = Bench::new(plant, seed, case.counted);
     let begins = bench.moment();
     for tick in 0..begins {
         let seen = bench.tick(tick);
