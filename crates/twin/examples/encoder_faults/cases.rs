@@ -87,6 +87,7 @@ impl Danger {
 }
 
 /// A row of the table.
+#[derive(Clone, Copy)]
 pub(crate) struct Case {
     pub(crate) name: &'static str,
     pub(crate) what: What,
@@ -147,7 +148,7 @@ const fn counts(number: f64) -> What {
 /// A block is 256 samples; what is graded is told at the end of the block after the one in which it begins.
 const BLOCKS_MS: f64 = 51.2;
 /// A sample that does not come is bridged at the same speed: what the acceleration changes meanwhile.
-const BRIDGED_UM: f64 = 0.1;
+const BRIDGED_UM: f64 = 0.13;
 const DEEP: What = What::Dirt { depth: [0.8, 1.0], width_mm: [0.03, 1.0], mm_s: [0.05, 5.0] };
 const MILD: What = What::Dirt { depth: [0.5, 0.6], width_mm: [0.03, 1.0], mm_s: [0.05, 5.0] };
 const FADES: What = What::Fades([0.3, 3.0]);
@@ -187,7 +188,7 @@ pub(crate) const CASES: [Case; 31] = [
     case("comparators chatter, noise of 20 … 50 %", Chatter([0.2, 0.5]), CHATTER, AtOnce, [700.0, 2.0]),
     case(CHATTER_FAULT, Chatter([0.2, 0.5]), COUNT, AtOnce, [700.0, 0.4]),
     case("a channel sticks", Sticks, fault(DISTURBED), Off, [BLOCKS_MS, 0.5]),
-    case("both channels freeze", Freezes, fault(DISTURBED), Off, [BLOCKS_MS, 0.5]),
+    case("both channels freeze", Freezes, fault(DISTURBED), Off, [BLOCKS_MS, 0.6]),
     case("1 … 7 samples missing", Missing([1.0, 7.0]), finding(Findings::MISSED), AtOnce, [26.0, BRIDGED_UM]),
     case("8 samples missing", Missing([8.0, 8.0]), MISSES, AtOnce, [26.0, 0.25]),
     case("9 … 1000 samples missing", Missing([9.0, 1000.0]), fault(&[Missed]), AtOnce, [0.9, 0.25]),
