@@ -2,7 +2,8 @@
 //!
 //! A trace is fixed: it lies in `tests/golden`, one folder a scenario, and only [`record`] writes it anew. What replays
 //! it, a *body*, is this machine ([`here`]), an emulated RP2040 ([`rp2040`], which counts cycles, too) or a Cortex-M3
-//! or M33 in QEMU ([`qemu`]). The stage and its gains are the default ones, built anew by each body.
+//! or M33 in QEMU ([`qemu`]). The stage is the default one, unless the
+//! trace begins with another; each body builds it anew.
 
 pub mod budget;
 pub mod here;
@@ -20,6 +21,9 @@ use serde::{Deserialize, Serialize};
 
 /// The folder of the traces, from the root of the project.
 pub const FOLDER: &str = "tests/golden";
+
+/// The stage of a scenario that names none: the default one.
+pub const USUAL_PRESET: &str = "microscope-100";
 
 /// A folder of [`FOLDER`].
 #[derive(Clone, Debug)]
