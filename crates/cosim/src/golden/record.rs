@@ -10,39 +10,11 @@ use abbe_proto::record::{Encoder, Event, LONGEST_BLOCK, Sink, stage};
 use abbe_twin::script::{self, Player, Stage};
 use abbe_twin::{Plant, Twin, preset};
 use anyhow::{Context, Result, anyhow};
-use serde::Deserialize;
 
-use super::{Expected, Scenario, USUAL_PRESET};
+use super::{Expected, Scenario, StageFile, text_of};
 
 /// Reading of a map's first node: before the lowest place an axis can be.
 const MAP_FROM_MM: f64 = -5.0;
-
-/// What `stage.toml` says.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct StageFile {
-    /// Name of the preset: its controller and its plant.
-    #[serde(default = "usual_preset")]
-    preset: String,
-    /// Where the slides stand at power-on, mm.
-    at_mm: [f64; 2],
-    #[serde(default = "first_seed")]
-    seed: u64,
-    /// For each axis the polynomial of its error map in the reading, µm over mm, constant first; none means no map.
-    #[serde(default)]
-    map: [Vec<f64>; 2],
-    /// What differs from the preset's, if anything.
-    #[serde(default)]
-    plant: toml::Table,
-}
-
-const fn first_seed() -> u64 {
-    1
-}
-
-fn usual_preset() -> String {
-    USUAL_PRESET.into()
-}
 
 /// Plays the script of a scenario and writes its trace and what it must end in.
 ///
@@ -56,9 +28,8 @@ pub fn record(root: &Path, scenario: &Scenario) -> Result<Expected> {
 }
 
 fn play(root: &Path, scenario: &Scenario) -> Result<(Vec<u8>, Expected)> {
-    let lines =
-        script::parse(&scenario.text("script.txt")?).map_err(|error| anyhow!("script.txt, {error}"))?;
-    let mut stage = Recorded::new(root, &scenario.text("stage.toml")?)?;
+    let lines = script::parse(&scenario.script()?).map_err(|error| anyhow!("script.txt, {error}"))?;
+    let mut stage = Recorded::new(root, &scenario.stage)?;
     let mut player = Player::new(&mut stage);
     for line in &lines {
         player.step(&line.step).map_err(|error| anyhow!("script.txt, line {}: {error}", line.number))?;
@@ -103,8 +74,7 @@ struct Recorded {
 }
 
 impl Recorded {
-    fn new(root: &Path, stage: &str) -> Result<Self> {
-        let stage: StageFile = toml::from_str(stage).context("stage.toml")?;
+    fn new(root: &Path, stage: &StageFile) -> Result<Self> {
         let text = preset_text(root, &stage.preset)?;
         let settings = preset::settings(&text).with_context(|| format!("preset {}", stage.preset))?;
         let plant = Plant::read_with(&stage.preset, &text, &stage.plant).context("stage.toml")?;
@@ -139,8 +109,7 @@ impl Recorded {
 }
 
 fn preset_text(root: &Path, name: &str) -> Result<String> {
-    let file = root.join("presets").join(name).with_added_extension("toml");
-    fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))
+    text_of(&root.join("presets").join(format!("{name}.toml")))
 }
 
 impl Stage for Recorded {
