@@ -20,10 +20,8 @@ pub fn settings(preset: &str) -> Result<StageSettings<2>, Error> {
 
 fn axis(mut axis: Table) -> Result<Value, Error> {
     for (device, usual) in [("encoder", "Digital"), ("motor", "Stepper")] {
-        let stated = match axis.contains_key(device) {
-            true => by_name(taken(&mut axis, device)?),
-            false => usual.into(),
-        };
+        let stated =
+            if axis.contains_key(device) { by_name(taken(&mut axis, device)?) } else { usual.into() };
         axis.insert(device.into(), stated);
     }
     Ok(Value::Table(axis))

@@ -10,7 +10,6 @@
 mod host;
 
 use abbe_core::Controller;
-use abbe_core::design::{Config, StageSettings};
 use abbe_proto::record::{Decoder, Entry, LONGEST_BLOCK, OutputsHash, RecordError, apply, stage};
 
 /// How a replay ended.
@@ -53,7 +52,9 @@ fn main() -> ! {
     if settings.is_some() {
         block = next_block(&mut trace, &mut memory);
     }
-    let mut controller = Controller::new(stage_of(settings));
+    // The stage, the default one if the trace is of no other, is built here, in the floats of this processor.
+    let Ok(config) = settings.unwrap_or_default().build() else { host::nothing_to_do() };
+    let mut controller = Controller::new(config);
     while let Some(entries) = block {
         replay(entries, &mut controller, &mut found);
         if !matches!(found.end, End::Whole) {
@@ -62,14 +63,6 @@ fn main() -> ! {
         block = next_block(&mut trace, &mut memory);
     }
     host::answer(&found)
-}
-
-/// The stage that a trace is of, the default one if it says nothing, built here in the floats of this processor.
-fn stage_of(settings: Option<StageSettings<2>>) -> Config<2> {
-    match settings.unwrap_or_default().build() {
-        Ok(config) => config,
-        Err(_) => host::nothing_to_do(),
-    }
 }
 
 /// The next block of the trace, with its head.
