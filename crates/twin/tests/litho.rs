@@ -21,7 +21,7 @@ impl Stage {
     fn homed(seed: u64) -> Self {
         let plant = Plant::read("litho-120", preset::LITHO_120).unwrap();
         let twin = Twin::standing_at(&plant, 1e4, seed, [1.0, 1.5]);
-        let controller = Controller::new(preset::settings(preset::LITHO_120).build().unwrap());
+        let controller = Controller::new(preset::settings(preset::LITHO_120).unwrap().build().unwrap());
         let mut stage = Self { twin, controller, outputs: Outputs::OFF };
         stage.tick();
         stage.work(Command::Home);
