@@ -69,12 +69,12 @@ mod tests {
 
     #[test]
     fn what_is_wrong_is_named() {
-        for (from, to, word) in [
-            ("[controller.y]", "[other]", "[y]"),
-            ("kd = 0.5", "", "`kd`"),
-            ("kind = \"analogue\"", "kind = \"magnetic\"", "`magnetic`"),
+        for (preset, from, to, word) in [
+            (MICROSCOPE_100, "[controller.y]", "[other]", "[y]"),
+            (LITHO_120, "kd = 0.5", "", "`kd`"),
+            (LITHO_120, "kind = \"analogue\"", "kind = \"magnetic\"", "`magnetic`"),
         ] {
-            let preset = LITHO_120.replacen(from, to, 1);
+            let preset = preset.replacen(from, to, 1);
             let error = settings(&preset).unwrap_err().to_string();
             assert!(error.contains(word), "{error}");
         }

@@ -141,7 +141,7 @@ pub const WEAKNESS: Bounds = Bounds { warn: 5.0 / 16.0, fail: 8.0 / 16.0 };
 pub const CLIPPED: Bounds = Bounds { warn: 0.0, fail: 1.0 / 64.0 };
 /// Motion that was not expected from one sample to the next, parts of a period, where no counter counts; at a half periods
 /// are lost.
-pub const SURPRISE: Bounds = Bounds { warn: 0.25, fail: 0.375 };
+pub const SURPRISE: Bounds = Bounds { warn: 0.25, fail: 0.3125 };
 
 /// What an ellipse is like, by the figures that have bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -215,7 +215,7 @@ pub enum SignalFault {
     Missed,
     /// Count and phase differ by more than 5/16 of a period.
     Disagrees,
-    /// The motion changed by more than three eighths of a period in one sample.
+    /// The motion changed by more than five sixteenths of a period in one sample.
     Fast,
     /// The count jumped by a whole period, or by several.
     Slipped,
@@ -250,10 +250,11 @@ const FEWEST_DIPS: u16 = 3;
 pub const DISAGREES_WARN: u32 = 3 << 28;
 /// See [`DISAGREES_WARN`].
 pub const DISAGREES_FAULT: u32 = 5 << 28;
-/// Surprise of a followed phase: 1/4 of a period is to be looked at, 3/8 a fault.
+/// Surprise of a followed phase: 1/4 of a period is to be looked at, 5/16 a fault. One wild sample surprises twice, by s and
+/// by −2s; were 3/8 allowed, both might pass and a period be lost.
 pub const FAST_WARN: u32 = 4 << 28;
 /// See [`FAST_WARN`].
-pub const FAST_FAULT: u32 = 6 << 28;
+pub const FAST_FAULT: u32 = 5 << 28;
 /// Nothing to be looked at up to here, whatever it is.
 const BESIDE_WARN: u32 = if DISAGREES_WARN < FAST_WARN { DISAGREES_WARN } else { FAST_WARN };
 
