@@ -25,10 +25,11 @@ const STANDS: u32 = 1 << (BITS - 6);
 const IN_A_ROW: u8 = 2;
 /// So many late samples in a row are passed over; a stage at rest under a coarse converter repeats itself for ever.
 const LATE: u8 = 3;
-/// Nothing was seen yet; one position was. Two make a speed, whatever it is.
+/// Nothing was seen yet; one position was; a way was. Two ways that agree make a speed, whatever it is.
 const FIRST: u8 = u8::MAX;
 const SECOND: u8 = FIRST - 1;
-/// From the first position to where the second surely strays: as far as there is.
+const THIRD: u8 = FIRST - 2;
+/// From the first positions to where the next one surely strays: as far as there is.
 const FAR: i32 = i32::MIN;
 
 /// Follows a position that count and phase give.
@@ -39,7 +40,7 @@ pub struct Course {
     seen: i32,
     expected: i32,
     speed: i32,
-    /// Positions in a row that strayed, or [`FIRST`], or [`SECOND`].
+    /// Positions in a row that strayed, or [`FIRST`], [`SECOND`], [`THIRD`].
     strays: u8,
     /// Positions in a row that were the one before.
     late: u8,
@@ -76,7 +77,11 @@ impl Course {
         let beside = at.wrapping_sub(self.expected);
         match self.strays {
             FIRST => *self = Self { seen: at, expected: at.wrapping_add(FAR), strays: SECOND, ..*self },
-            SECOND => self.go_on(at, at.wrapping_sub(self.seen)),
+            THIRD if self.agrees(at) => self.go_on(at, at.wrapping_sub(self.seen)),
+            SECOND | THIRD => {
+                let speed = at.wrapping_sub(self.seen);
+                *self = Self { seen: at, expected: at.wrapping_add(FAR), speed, strays: THIRD, ..*self };
+            }
             _ if at == self.seen && self.late < LATE => {
                 self.late = self.late.wrapping_add(1);
                 self.coast();
@@ -96,6 +101,11 @@ impl Course {
             }
         }
         false
+    }
+
+    /// This way is about the one before.
+    fn agrees(&self, at: i32) -> bool {
+        at.wrapping_sub(self.seen).wrapping_sub(self.speed).unsigned_abs() <= ODD
     }
 
     /// It stands, and no stage stops so soon: the signals have frozen where they were, and the counter with them.
@@ -196,6 +206,13 @@ mod tests {
         // Slowly enough a stage may stop.
         let (mut course, place) = going(0.15);
         assert!((50..200).all(|tick| !course.next(at(place(49) + 1e-3 * f64::from(tick % 2)))));
+    }
+
+    #[test]
+    fn a_jump_at_power_on_is_no_lost_count() {
+        let mut course = Course::default();
+        let places = [0.4374, 1.0684, 1.0692, 1.0701];
+        assert!(places.iter().chain([1.07; 50].iter()).all(|&place| !course.next(at(place))));
     }
 
     proptest! {

@@ -259,6 +259,9 @@ impl Head {
     pub fn take_refined(&mut self, refined: Refined) {
         self.ready = false;
         self.gather.begin();
+        if !self.recursive.has_learned() {
+            self.health.forget();
+        }
         self.recursive = refined.recursive;
         if let Some(changed) = refined.changed {
             self.correction = changed.correction;

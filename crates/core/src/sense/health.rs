@@ -186,6 +186,9 @@ pub struct Report {
     pub warn: Findings,
     /// Beyond use.
     pub fail: Findings,
+    /// All that any block was found to be since the ellipse was first fitted, or since power-on: a finding lasts a block, and
+    /// who asks seldom would miss it.
+    pub ever: Findings,
     /// Mean amplitude of the block, in 1/256 of what it should be.
     pub amplitude: u16,
     /// Mean change of the radius from sample to sample, in 1/4096 of the amplitude.
@@ -303,6 +306,8 @@ pub struct Health {
     /// The last block: what was found, to be looked at and beyond use, and its sums of radii and of their changes.
     graded: [Findings; 2],
     ended: [u32; 2],
+    /// Of all blocks so far.
+    ever: Findings,
 }
 
 impl Health {
@@ -331,6 +336,7 @@ impl Health {
             has_graded: false,
             graded: [Findings::NONE; 2],
             ended: [0; 2],
+            ever: Findings::NONE,
         }
     }
 
@@ -342,12 +348,23 @@ impl Health {
         let [warn, fail] = self.graded;
         let [sum, changes] = self.ended;
         let nominals_in = |sum: u32| sum.checked_div(self.nominal).unwrap_or(0) as u16;
-        Some(Report { warn, fail, amplitude: nominals_in(sum), noise: nominals_in(changes.wrapping_mul(16)) })
+        Some(Report {
+            warn,
+            fail,
+            ever: self.ever,
+            amplitude: nominals_in(sum),
+            noise: nominals_in(changes.wrapping_mul(16)),
+        })
     }
 
     /// Takes note of the [`shape`] of the ellipse in use, between ticks.
     pub fn take_shape(&mut self, shape: [Findings; 2]) {
         self.shape = shape;
+    }
+
+    /// What was found so far was found with an ellipse that nobody had fitted.
+    pub fn forget(&mut self) {
+        self.ever = Findings::NONE;
     }
 
     /// One sample.
@@ -460,6 +477,7 @@ impl Health {
         let warn = self.warn.and(warn).and(shape_warn);
         self.has_graded = true;
         self.graded = [Findings(warn.0 & !fail.0), fail];
+        self.ever = self.ever.and(warn).and(fail);
         self.ended = [self.sum, self.changes];
         self.sum = 0;
         self.changes = 0;
@@ -562,5 +580,12 @@ mod tests {
         let both = of(Ellipse { alpha: 0.2, q: 7300.0, ..circle });
         assert_eq!((both.warn, both.fail), (Findings::QUADRATURE, Findings::OFFSET));
         assert_eq!(both.warn.and(both.fail).to_string(), "offset, out of quadrature");
+    }
+
+    #[test]
+    fn what_a_block_was_found_to_be_is_not_forgotten() {
+        let clipped = |k: u32| Sample { clipped: k == 5, ..GOOD };
+        let (report, _) = after((0..1024).map(clipped));
+        assert_eq!((report.grade(), report.ever), (Grade::Good, Findings::CLIPPED));
     }
 }

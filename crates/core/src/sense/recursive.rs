@@ -178,6 +178,11 @@ impl Recursive {
         &self.ellipse
     }
 
+    /// A block was taken in.
+    pub fn has_learned(&self) -> bool {
+        self.sums.is_some()
+    }
+
     /// What the tick takes off.
     pub fn correction(&self) -> Correction {
         Correction::of(&self.ellipse)
