@@ -1,5 +1,6 @@
 //! The first pass: what the samples reach, and whether they were cut off there.
 
+use super::paces::Paces;
 use super::samples::{CHANNELS, Fault, Sample, Samples, SamplesError};
 use crate::failure::Failure;
 
@@ -67,12 +68,13 @@ impl Channel {
 }
 
 /// The times of the samples, s.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Times {
     first: f64,
     last: f64,
     shortest: f64,
     longest: f64,
+    paces: Paces,
 }
 
 /// How a converter writes its codes.
@@ -111,7 +113,7 @@ impl Converter {
 }
 
 /// What the first pass found.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Survey {
     /// How many samples.
     pub(crate) samples: u64,
@@ -161,6 +163,7 @@ impl Survey {
             last: f64::NAN,
             shortest: f64::INFINITY,
             longest: 0.0,
+            paces: Paces::default(),
         });
         let before_s = std::mem::replace(&mut times.last, t_s);
         if t_s <= before_s {
@@ -169,6 +172,9 @@ impl Survey {
         // Of the first sample it is no number, which neither takes.
         times.shortest = times.shortest.min(t_s - before_s);
         times.longest = times.longest.max(t_s - before_s);
+        if !before_s.is_nan() {
+            times.paces.add(t_s - before_s);
+        }
         Ok(())
     }
 
@@ -199,14 +205,21 @@ impl Survey {
         })
     }
 
+    /// The usual step of time, s, where there is one.
+    pub(crate) fn usual_s(&self) -> Option<f64> {
+        self.times.as_ref().and_then(|times| times.paces.usual_s())
+    }
+
     /// Samples a second, where there are times.
     pub(crate) fn rate_hz(&self) -> Option<f64> {
-        self.times.map(|times| (self.samples - 1) as f64 / (times.last - times.first))
+        let times = self.times.as_ref()?;
+        let mean_hz = (self.samples - 1) as f64 / (times.last - times.first);
+        Some(times.paces.usual_s().map_or(mean_hz, f64::recip))
     }
 
     /// The samples lie at even distances of time, as far as is known.
     pub(crate) fn is_even(&self) -> bool {
-        self.times.is_none_or(|times| {
+        self.times.as_ref().is_none_or(|times| {
             let mean_s = (times.last - times.first) / (self.samples - 1) as f64;
             let off = (times.longest - mean_s).max(mean_s - times.shortest);
             off <= UNEVEN * mean_s

@@ -8,6 +8,7 @@ mod compensations;
 #[cfg(unix)]
 mod ctrl_c;
 mod encoder;
+mod encoder_gaps;
 mod encoder_refusals;
 mod ended;
 mod folders;
