@@ -5,7 +5,7 @@ use super::signals::Seen;
 use super::stretches::Stretches;
 use super::way::{Gaps, Placed, SHORT, Way};
 use abbe_core::sense::correct::Residual;
-use abbe_core::sense::health::SURPRISE;
+use abbe_core::sense::health::{SURPRISE, WEAKNESS};
 use abbe_core::sense::limit::CountLimit;
 use abbe_core::sense::periods::Periods;
 use abbe_core::sense::phase::Phase;
@@ -205,6 +205,7 @@ impl<'l> Follow<'l> {
         let radius = u.hypot(v) / self.learned.signals.radius;
         let placed = self.way.next(phase, seen.missing, radius < SHORT, seen.line);
         self.seen.place(placed, seen.line);
+        self.seen.stretches.add(placed, seen.is_own() && radius > 1.0 - WEAKNESS.warn);
         self.seen.vector([u, v], radius);
         self.seen.points.see(self.seen.samples, seen.codes);
         self.seen.samples += 1;
@@ -268,7 +269,6 @@ impl Trail {
                 self.lost_from.get_or_insert(line);
             }
         }
-        self.stretches.add(position);
     }
 
     /// A vector around the middle of the circle, and its length as part of the radius.

@@ -1,7 +1,7 @@
 //! Recorded encoder signals with gaps and bad stretches: positions behind them are true, or it is said that nobody knows.
 
 use crate::encoder::{columns, figure, judged};
-use crate::ended::refused;
+use crate::ended::{abbe, refused};
 use crate::signals::{MADE, Made, PERIOD_UM, write_rows};
 use serde_json::Value;
 use std::f64::consts::TAU;
@@ -151,4 +151,66 @@ fn a_sample_that_is_cut_off_in_both_channels_counts_once() {
     assert_eq!(found["cut_off"]["samples"], cut);
     let reason = named(&found, "saturation").unwrap()["reason"].as_str().unwrap();
     assert!(reason.starts_with(&format!("{cut} samples")), "{reason}");
+}
+
+#[test]
+fn a_stage_that_rests_at_a_crest_is_not_cut_off() {
+    let dir = tempfile::tempdir().unwrap();
+    let place = |k: u32| TAU * 0.0473 * f64::from(k.saturating_sub(3000));
+    let rows: Vec<[f64; 2]> = (0..12_000)
+        .map(place)
+        .map(|angle| [angle.cos(), angle.sin()].map(|part| (100.0 * part).round()))
+        .collect();
+    write_rows(dir.path(), "s.csv", 0, &rows);
+    for bits in [&["--bits", "8"][..], &[]] {
+        let found = judged(dir.path(), "s.csv", bits);
+        assert_eq!(
+            (named(&found, "saturation"), &found["cut_off"]["samples"]),
+            (None, &0.into()),
+            "{found:#}"
+        );
+    }
+}
+
+#[test]
+fn dirt_on_a_tenth_of_the_file_does_not_make_the_error_inside_a_period() {
+    let dir = tempfile::tempdir().unwrap();
+    let made = Made { noise: 0.003, ..MADE };
+    let mut rows = made.rows();
+    made.write(dir.path(), "clean.csv");
+    rows[8000..10_000].iter_mut().for_each(|row| *row = [0.2 + 0.5 * row[0], 0.4 * row[1]]);
+    write_rows(dir.path(), "s.csv", 6, &rows);
+    let clean = judged(dir.path(), "clean.csv", &["--method", "none"]);
+    let found = judged(dir.path(), "s.csv", &["--method", "none"]);
+    assert!(figure(&found, "/stretches/left_out") >= 2.0, "{found:#}");
+    assert_eq!(
+        (&clean["stretches"]["left_out"], &found["error_after"]["from"]),
+        (&0.into(), &"lines".into())
+    );
+    let [clean, dirty] = [clean, found].map(|found| figure(&found, "/error_after/rms_nm"));
+    assert!((dirty / clean - 1.0).abs() < 0.02, "{dirty} nm, {clean} nm without dirt");
+}
+
+#[test]
+fn numbers_from_far_away_are_told_by_their_middle() {
+    let dir = tempfile::tempdir().unwrap();
+    let text: String = (0..4000).fold("a,b\n".into(), |mut text, k| {
+        let angle = TAU * 0.0473 * f64::from(k);
+        writeln!(text, "{:.3},{:.3}", 1e9 + 1000.0 * angle.cos(), 1e9 - 5.0 + 1000.0 * angle.sin()).unwrap();
+        text
+    });
+    fs::write(dir.path().join("s.csv"), text).unwrap();
+    let found = judged(dir.path(), "s.csv", &[]);
+    for ellipse in ["ellipse", "taken_off"] {
+        assert_eq!(found[ellipse]["offset_a_percent"], Value::Null);
+        assert_eq!(found[ellipse]["offset_b_percent"], Value::Null);
+        assert!((figure(&found[ellipse], "/middle_a") - 1e9).abs() < 0.1, "{found:#}");
+        assert!((figure(&found[ellipse], "/middle_b") - (1e9 - 5.0)).abs() < 0.1, "{found:#}");
+    }
+    let text = abbe(dir.path(), &["encoder", "s.csv", "--period-um", "0.8"]).stdout;
+    let offsets = text.lines().find(|line| line.trim_start().starts_with("offsets")).unwrap();
+    assert!(
+        !offsets.contains('%') && offsets.contains("a 100000000") && offsets.contains("b 99999999"),
+        "{offsets}"
+    );
 }

@@ -9,6 +9,8 @@ mod compensations;
 mod ctrl_c;
 mod encoder;
 mod encoder_gaps;
+#[cfg(target_os = "linux")]
+mod encoder_memory;
 mod encoder_refusals;
 mod ended;
 mod folders;
