@@ -269,7 +269,7 @@ mod tests {
         assert!(off.abs() < 4.0 * rippled.uncertainty, "{rippled:?}");
     }
 
-    /// A tenth of the file with a first harmonic of a tenth of a turn.
+    /// A tenth of the file with a first harmonic of a hundredth of a turn.
     #[test]
     fn stretches_with_bad_samples_are_left_out_and_counted() {
         let is_sound = |k: u32| !(8000..12_000).contains(&k);
