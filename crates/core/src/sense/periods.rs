@@ -66,6 +66,8 @@ pub struct Join {
     offset: Option<i64>,
     /// The offset was taken in the middle of a quadrant, where no hysteresis can spoil it.
     sure: bool,
+    /// Counts may have been lost since: the next phase makes the offset anew.
+    doubted: bool,
 }
 
 /// A joined position and by how much its two halves disagree.
@@ -123,7 +125,7 @@ impl Join {
         let in_quadrant = (phase.0 & ((1 << 30) - 1)).cast_signed().wrapping_sub(1 << 29);
         self.sure = in_quadrant.wrapping_abs() <= MIDDLE;
         match self.offset {
-            Some(offset) if !self.sure => offset,
+            Some(offset) if !self.sure && !self.doubted => offset,
             _ => self.meet(count, phase),
         }
     }
@@ -145,6 +147,7 @@ impl Join {
     /// There is no phase: count and phase must meet again where no hysteresis spoils it.
     pub fn doubt(&mut self) {
         self.sure = false;
+        self.doubted = true;
     }
 
     /// Count and phase have met.
@@ -161,6 +164,7 @@ impl Join {
         let way = if way > 2 { way.wrapping_sub(4) } else { way };
         let offset = near.wrapping_add(way);
         self.offset = Some(offset);
+        self.doubted = false;
         offset
     }
 }
