@@ -544,6 +544,26 @@ mod tests {
         );
     }
 
+    /// The tick compares whole numbers; they are the bounds that files are graded by.
+    #[test]
+    fn the_tick_grades_by_the_table_of_bounds() {
+        let of = |bounds: Bounds, grade: &dyn Fn(f64) -> Grade| {
+            let at = [bounds.warn - 0.004, bounds.warn + 0.004, bounds.fail - 0.004, bounds.fail + 0.004];
+            assert_eq!(at.map(grade), [Grade::Good, Grade::Warn, Grade::Warn, Grade::Fail], "{bounds:?}");
+        };
+        let part = |part: f64| (f64::from(NOMINAL) * part) as u32;
+        of(WEAKNESS, &|lacks| grade(|_| Sample { radius: part(1.0 - lacks), ..GOOD }).0);
+        let change = core::f64::consts::FRAC_2_SQRT_PI;
+        of(NOISE, &|noise| {
+            grade(|k| Sample { radius: part(1.0 + change * noise * f64::from(k % 2)), ..GOOD }).0
+        });
+        let clipped = |of_256: u32| grade(|k| Sample { clipped: k % 256 < of_256, ..GOOD }).0;
+        assert_eq!([0, 1, 4, 5].map(clipped), [Grade::Good, Grade::Warn, Grade::Warn, Grade::Fail]);
+        assert_eq!([1, 4, 5].map(|of| CLIPPED.grade(f64::from(of) / 256.0)), [1, 4, 5].map(clipped));
+        assert_eq!(SURPRISE.warn, f64::from(FAST_WARN) / 4_294_967_296.0);
+        assert_eq!(SURPRISE.fail, f64::from(FAST_FAULT) / 4_294_967_296.0);
+    }
+
     #[test]
     fn what_endangers_the_count_is_a_fault_at_once() {
         let from = |bad: Sample| after((0..200).map(|k| if k < 100 { GOOD } else { bad })).1;
