@@ -3,9 +3,9 @@
 use super::method::{Corrector, Learned, phase_of};
 use super::signals::Seen;
 use super::stretches::Stretches;
-use super::way::{Gaps, Placed, SHORT, Way};
+use super::way::{Gaps, Placed, Way};
 use abbe_core::sense::correct::Residual;
-use abbe_core::sense::health::{SURPRISE, WEAKNESS};
+use abbe_core::sense::health::{SHORT, SURPRISE, WEAKNESS};
 use abbe_core::sense::limit::CountLimit;
 use abbe_core::sense::periods::Periods;
 use abbe_core::sense::phase::Phase;

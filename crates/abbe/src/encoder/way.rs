@@ -13,9 +13,6 @@ use std::collections::VecDeque;
 /// Samples that tell the speed beside a gap, at most. A longer gap than this must be shorter than what was seen in one
 /// piece before it, or nothing says that the speed has held.
 const REACH: usize = 64;
-/// Vectors shorter than this part of the ellipse's radius have no phase; the tick's bound too.
-pub(crate) const SHORT: f64 = 3.0 / 8.0;
-
 /// Follows phases.
 #[derive(Debug, Default)]
 pub(crate) struct Way {

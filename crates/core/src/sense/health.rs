@@ -247,6 +247,8 @@ pub const MISSED_IN_A_ROW: u8 = 8;
 const LOST: u32 = 6;
 const DIPS: u32 = 9;
 const FAR: u32 = 28;
+/// A vector shorter than this part of the radius that it should have has no phase.
+pub const SHORT: f64 = LOST as f64 / 16.0;
 /// Samples of a block that must dip: dirt may pass too quickly for the mean of a block to show it.
 const FEWEST_DIPS: u16 = 3;
 /// Count and phase: 3/16 of a period is to be looked at, 5/16 a fault; half a period would be a wrong position.
