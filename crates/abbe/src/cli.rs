@@ -291,9 +291,24 @@ pub(crate) struct Replay {
     /// Write the rows to a file: every tick, or every N with --step.
     #[arg(long, value_name = "OUT.csv")]
     pub(crate) csv: Option<PathBuf>,
+    /// Write the samples of the analogue encoder of --axis to a file that `abbe encoder` reads, in codes of 16 bits.
+    #[arg(long, value_name = "OUT.csv", requires = "axis")]
+    pub(crate) samples: Option<PathBuf>,
+    /// The axis of --samples.
+    #[arg(long, value_name = "x|y", requires = "samples")]
+    pub(crate) axis: Option<SampledAxis>,
     /// Replace files that exist.
     #[arg(long)]
     pub(crate) force: bool,
+}
+
+/// An axis by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum SampledAxis {
+    /// The first.
+    X,
+    /// The second.
+    Y,
 }
 
 /// The most a stage could be asked to travel, mm: beyond, a unit was mistaken.

@@ -388,6 +388,133 @@ fn samples_of_a_fast_motion_are_not_gathered_whatever_their_phase() {
     }
 }
 
+/// What the converter gave before, once more: count and phase of a tick ago.
+#[test]
+fn late_samples_are_no_fault_at_any_speed_with_a_counter_and_without() {
+    for (counted, speed) in
+        [(true, 0.5), (true, 5.0), (true, 50.0), (false, 0.5), (false, 4.0), (false, 50.0)]
+    {
+        let path = motion(speed);
+        let mut run = Run::new(51, Config { counted, ..CONFIG }, 0.0);
+        let mut last = None;
+        for tick in 0..40_000 {
+            let count = run.grating.count;
+            run.grating.go(run.at, path(tick));
+            run.at = path(tick);
+            let sample = run.grating.sample(run.at);
+            let late = tick % 97 == 50;
+            let shown = if late { last } else { Some((sample, run.grating.count)) };
+            let (shown, at) = shown.unwrap_or((sample, count));
+            let read = run.head.read(Some(shown), at, &run.config);
+            run.head.refine();
+            assert_eq!(read.fault, None, "{counted} {speed}, tick {tick}");
+            last = Some((sample, run.grating.count));
+            let off = read.position.pm(800_000) as f64 / 1e3 - run.at;
+            let zero = *run.zero.get_or_insert((off / PERIOD).round() * PERIOD);
+            assert!(late || (off - zero).abs() < 30.0, "{counted} {speed}, tick {tick}: {off}");
+        }
+    }
+}
+
+/// One wild sample costs an uncounted head a period at most together with a fault.
+#[test]
+fn a_wild_sample_without_a_counter_is_a_fault_or_does_no_harm() {
+    for speed in [0.5, 3.0, 5.0, 20.0] {
+        for number in 0..250 {
+            let path = motion(speed);
+            let mut run = Run::new(number, Config { counted: false, tracks: false, ..CONFIG }, 0.0);
+            let mut fault = None;
+            for tick in 0..3000 + 40 {
+                if tick == 3000 {
+                    run.grating.go(run.at, path(tick));
+                    run.at = path(tick);
+                    let angle = f64::from(number as u32) / 250.0 * TAU;
+                    let [cos, sin] = [angle.cos(), angle.sin()].map(|part| (part * RADIUS) as i16);
+                    fault = fault.or(run.read(Some(SinCos { sin, cos })).1);
+                    continue;
+                }
+                let (off, found) = run.step(path(tick), true);
+                fault = fault.or(found);
+                assert!(tick > 3000 || found.is_none());
+                assert!(fault.is_some() || off.abs() < 40.0, "{speed} {number}: {off} nm, tick {tick}");
+            }
+        }
+    }
+}
+
+/// Half a period a sample and a standing stage look alike to who believes in a speed.
+#[test]
+fn a_stage_that_stands_after_a_fault_is_not_seen_to_move() {
+    for counted in [false, true] {
+        for seed in 0..40 {
+            let mut run = Run::new(seed, Config { counted, tracks: false, ..CONFIG }, 0.0);
+            let path = motion(5.0);
+            let from = 3000 + 53 * seed as u32;
+            (0..from).for_each(|tick| _ = run.step(path(tick), true));
+            let speed = path(from) - path(from - 1);
+            run.grating.amplitude = 0.01;
+            let faults = (0..5).filter(|_| run.step(run.at + speed, true).1.is_some()).count();
+            assert!(faults >= 3, "{faults}");
+            run.grating.amplitude = 1.0;
+            // It is braked within 0.05 s, and rests.
+            (0..500).for_each(|k| _ = run.step(run.at + speed * (1.0 - f64::from(k) / 500.0), true));
+            (0..100).for_each(|_| _ = run.step(run.at, true));
+            let (before, _) = run.step(run.at, true);
+            let moved =
+                (0..1000).map(|_| run.step(run.at, true).0 - before).fold(0.0, |m: f64, x| m.max(x.abs()));
+            assert!(moved < 10.0, "{counted}, seed {seed}: {moved} nm");
+        }
+    }
+}
+
+#[test]
+fn a_head_may_begin_without_samples_at_any_phase() {
+    for place in 0..20 {
+        for missing in 1..6 {
+            let at = 40.0 * f64::from(place);
+            let mut run = Run::new(61, CONFIG, at);
+            (0..missing).for_each(|_| assert_eq!(run.step(at, false).1, None));
+            assert!((0..50).all(|_| run.step(at, true).1.is_none()), "{at} nm, {missing} missing");
+        }
+    }
+}
+
+/// A plug that is pulled may leave any level, and a counter that counts no more.
+#[test]
+fn signals_that_freeze_in_motion_are_told() {
+    for (noise, within) in [(0.0, 5), (0.003, 3)] {
+        for seed in 0..40 {
+            // 2 mm/s: nothing stops within a tick from there.
+            let mut run = Run::new(seed, Config { tracks: false, ..CONFIG }, 0.0);
+            let mut speed = 0.0_f64;
+            for _ in 0..300 {
+                speed = (speed + 2.0).min(200.0);
+                assert_eq!(run.step(run.at + speed, true).1, None);
+            }
+            (0..seed).for_each(|_| _ = run.step(run.at + speed, true));
+            run.grating.noise = 0.0;
+            let frozen = run.grating.sample(run.at);
+            let told = (1..50).find(|&tick| {
+                let wave = noise * RADIUS * f64::from(tick * 7 % 5 - 2);
+                let sample = SinCos { sin: frozen.sin + wave as i16, cos: frozen.cos - wave as i16 };
+                run.read(Some(sample)).1.is_some()
+            });
+            assert!(told.is_some_and(|told| told <= within), "{noise}, seed {seed}: {told:?}");
+        }
+    }
+}
+
+#[test]
+fn while_there_is_no_signal_the_position_stays() {
+    let mut run = Run::new(71, CONFIG, 0.0);
+    (0..3000).for_each(|k| _ = run.step(f64::from(k), true));
+    run.grating.amplitude = 0.001;
+    (0..10).for_each(|_| _ = run.step(run.at, true));
+    let (before, _) = run.step(run.at, true);
+    let moved = (0..10_000).map(|_| (run.step(run.at, true).0 - before).abs()).fold(0.0, f64::max);
+    assert!(moved < 400.0, "{moved} nm");
+}
+
 #[test]
 fn saturation_and_dirt_are_graded() {
     let grade = |amplitude: f64| {

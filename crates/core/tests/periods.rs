@@ -69,7 +69,7 @@ fn counts_that_a_filter_swallows_are_a_fault_of_the_signals() {
 fn without_a_counter_too_much_acceleration_is_a_fault_of_the_signals() {
     let pace = Pace { speed_mm_s: 50.0, accelerations_m_s2: [45.0, 60.0] };
     let tally = Track { counted: false, ..Track::at(pace, FILTER) }.run(EDGES, 1);
-    assert!(tally.periods > 100 && tally.faults > 100, "{tally:?}");
+    assert!(tally.periods > 100 && tally.faults > 10, "{tally:?}");
 }
 
 /// At 50 mm/s the stage goes 0.4 µm, half a period, in 8 µs.

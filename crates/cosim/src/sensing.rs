@@ -116,7 +116,10 @@ mod tests {
 
     #[test]
     fn rows_find_different_things_and_a_head_takes_new_ellipses() {
-        let mut hashes = here();
+        // What is done between ticks has no results of its own.
+        let reads = |row: &work::Row| !matches!(row.work, work::Work::Refine);
+        let mut hashes: Vec<u32> =
+            ROWS.iter().zip(here()).filter_map(|(row, hash)| reads(row).then_some(hash)).collect();
         let rows = hashes.len();
         hashes.sort_unstable();
         hashes.dedup();

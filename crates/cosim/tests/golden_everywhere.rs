@@ -32,10 +32,12 @@ fn image(target: &str) -> PathBuf {
     PathBuf::from(folder).join(target).join("release").join("golden")
 }
 
+fn scenarios() -> Vec<Scenario> {
+    Scenario::all(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")).unwrap()
+}
+
 fn shortest() -> Scenario {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let scenarios = Scenario::all(&root).unwrap();
-    scenarios.into_iter().min_by_key(|scenario| scenario.expected().unwrap().ticks).unwrap()
+    scenarios().into_iter().min_by_key(|scenario| scenario.expected().unwrap().ticks).unwrap()
 }
 
 #[test]
@@ -56,6 +58,18 @@ fn an_altered_trace_is_refused_everywhere() {
     for found in on_every_body(&trace, &expected) {
         assert!(matches!(found.end, End::Unreadable(_)), "{found:?}");
         assert!(found.ticks < expected.ticks && found.difference(&expected).is_some());
+    }
+}
+
+#[test]
+fn an_altered_stage_is_refused_everywhere() {
+    let scenarios = scenarios();
+    let scenario = scenarios.iter().find(|scenario| scenario.preset() == "litho-120").unwrap();
+    let expected = scenario.expected().unwrap();
+    let mut trace = scenario.trace().unwrap();
+    trace[100] ^= 1;
+    for found in on_every_body(&trace, &expected) {
+        assert!(matches!(found.end, End::Unreadable(_)) && found.ticks == 0, "{found:?}");
     }
 }
 

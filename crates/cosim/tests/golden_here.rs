@@ -5,7 +5,10 @@
 use std::path::{Path, PathBuf};
 
 use abbe_core::design::StageSettings;
+use abbe_core::publish::Fault;
+use abbe_core::{Command, Controller};
 use abbe_cosim::golden::{End, Scenario, here};
+use abbe_proto::record::{Decoder, Entry, Event, Played, Replay, stage};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -18,6 +21,7 @@ fn every_trace_ends_in_its_hash() {
     assert_eq!(
         names,
         [
+            "analogue",
             "compensated-move",
             "encoder-lost",
             "fault-and-reset",
@@ -50,12 +54,49 @@ fn an_altered_trace_is_refused() {
 
 #[test]
 fn another_gain_is_another_hash() {
-    let mut settings = StageSettings::<2>::default();
-    settings.axes[1].kp_per_s *= 1.001;
     for scenario in Scenario::all(&root()).unwrap() {
-        let found = here::replay_with(&scenario.trace().unwrap(), &settings).unwrap();
+        let higher = |stage: &mut StageSettings<2>| stage.axes[1].kp_per_s *= 1.001;
+        let found = here::replay_with(&scenario.trace().unwrap(), higher).unwrap();
         assert_eq!(found.end, End::Differs, "{}", scenario.name);
         let difference = found.difference(&scenario.expected().unwrap()).unwrap();
         assert!(difference.contains("differ within ticks"), "{difference}");
+    }
+}
+
+/// How often the samples of an axis went into its correction.
+fn refinings(blocks: &[u8], of: usize) -> u32 {
+    let (mut decoder, mut refinings) = (Decoder::<2>::new(blocks), 0);
+    while let Some(entry) = decoder.next_entry().unwrap() {
+        refinings += u32::from(matches!(entry, Entry::Event(Event::Refine { axis }) if axis == of));
+    }
+    refinings
+}
+
+/// What the trace of the analogue stage is there for: that both heads learn a new ellipse while they work, and that a
+/// signal is lost and found again.
+#[test]
+fn in_the_analogue_trace_both_heads_learn_and_one_is_lost() {
+    let scenarios = Scenario::all(&root()).unwrap();
+    let scenario = scenarios.iter().find(|scenario| scenario.name == "analogue").unwrap();
+    assert_eq!(scenario.preset(), "litho-120");
+    let trace = scenario.trace().unwrap();
+    let (settings, blocks) = stage::split::<2>(&trace).unwrap();
+    let mut controller = Controller::new(settings.unwrap().build().unwrap());
+    let ellipses = |controller: &Controller<2>| [0, 1].map(|axis| *controller.head(axis).unwrap().ellipse());
+    let before = ellipses(&controller);
+    let (mut replay, mut homings, mut faults) = (Replay::new(blocks), 0, Vec::new());
+    while let Some(played) = replay.step(&mut controller).unwrap() {
+        homings += u32::from(matches!(played, Played::Command(Command::Home, Ok(_))));
+        faults.extend(controller.status().fault);
+        faults.dedup();
+    }
+    let after = ellipses(&controller);
+    for axis in [0, 1] {
+        assert_ne!(before[axis], after[axis], "axis {axis} has learned nothing");
+    }
+    assert!(matches!(faults[..], [Fault::Signal { axis: 1, .. }]), "{faults:?}");
+    assert_eq!(homings, 2);
+    for axis in [0, 1] {
+        assert!(refinings(blocks, axis) > 20);
     }
 }

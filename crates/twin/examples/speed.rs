@@ -2,7 +2,6 @@
 //!
 //! `cargo run --release -p abbe-twin --example speed`
 
-#[allow(clippy::unwrap_used, reason = "the presets are valid")]
 #[path = "../tests/preset/mod.rs"]
 mod preset;
 
@@ -25,7 +24,7 @@ impl Bench {
     /// A stage that has homed.
     fn new(name: &str, preset: &str) -> Self {
         let plant = Plant::read(name, preset).expect("the built-in preset is valid");
-        let settings = preset::settings(preset);
+        let settings = preset::settings(preset).expect("the built-in preset is valid");
         let controller = Controller::new(settings.build().expect("its settings are valid"));
         let twin = Twin::new(&plant, settings.tick_hz, 1);
         let mut bench = Self { twin, controller, outputs: Outputs::OFF, tick_hz: settings.tick_hz };

@@ -6,6 +6,7 @@
 //! Everything is seeded: the same preset, seed and outputs give the same inputs, on every platform.
 
 pub mod plant;
+pub mod preset;
 
 pub mod friction;
 pub mod noise;

@@ -34,7 +34,7 @@ impl Scenario {
         };
         let plant = Plant::read_with("scenario", preset, &own).unwrap();
         let number = |key: &str, default: f64| stage.get(key).map_or(default, |v| v.as_float().expect(key));
-        let mut settings = preset::settings(preset);
+        let mut settings = preset::settings(preset).unwrap();
         settings.host_timeout_ms = number("host_timeout_ms", settings.host_timeout_ms);
         let at = [number("x_mm", 40.0), number("y_mm", 60.0)];
         Self {

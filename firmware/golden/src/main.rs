@@ -10,8 +10,7 @@
 mod host;
 
 use abbe_core::Controller;
-use abbe_core::design::StageSettings;
-use abbe_proto::record::{Decoder, Entry, LONGEST_BLOCK, OutputsHash, RecordError, apply};
+use abbe_proto::record::{Decoder, Entry, LONGEST_BLOCK, OutputsHash, RecordError, apply, stage};
 
 /// How a replay ended.
 #[derive(Clone, Copy)]
@@ -39,17 +38,29 @@ const HEAD: usize = 6;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    // The stage is built here, in the floats of this processor.
-    let Ok(config) = StageSettings::<2>::default().build() else { host::nothing_to_do() };
-    let mut controller = Controller::new(config);
     let mut found = Found { end: End::Whole, ticks: 0, proven: 0, hash: OutputsHash::EMPTY };
     let mut trace = host::Trace::open();
-    let mut block = [0_u8; LONGEST_BLOCK];
-    while let Some(block) = next_block(&mut trace, &mut block) {
-        replay(block, &mut controller, &mut found);
+    let mut memory = [0_u8; LONGEST_BLOCK];
+    let mut block = next_block(&mut trace, &mut memory);
+    let settings = match stage::of_block::<2>(block.unwrap_or_default()) {
+        Ok(settings) => settings,
+        Err(error) => {
+            found.end = End::Unreadable(error);
+            host::answer(&found);
+        }
+    };
+    if settings.is_some() {
+        block = next_block(&mut trace, &mut memory);
+    }
+    // The stage, the default one if the trace is of no other, is built here, in the floats of this processor.
+    let Ok(config) = settings.unwrap_or_default().build() else { host::nothing_to_do() };
+    let mut controller = Controller::new(config);
+    while let Some(entries) = block {
+        replay(entries, &mut controller, &mut found);
         if !matches!(found.end, End::Whole) {
             break;
         }
+        block = next_block(&mut trace, &mut memory);
     }
     host::answer(&found)
 }

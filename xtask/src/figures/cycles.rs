@@ -3,24 +3,27 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 
-use crate::cycles::{Cost, must_measure};
+use crate::cycles::{Cost, Costs, must_measure};
 use crate::stage::Setting;
 
 /// First words of the history's head, by which it is found again.
 const HEAD: &str = "| date | commit |";
 
-/// The table and the history with one more row.
+/// The table of each stage, and the history of the first with one more row.
 pub(super) fn section(root: &Path, page: &str, today: &str, commit: &str) -> Result<String> {
     let costs = must_measure(&Setting::new(root.to_path_buf(), false))?;
-    Ok(format!("{}\n{}", table(&costs), history(&costs, page, today, commit)))
+    let tables = costs.iter().map(table).collect::<Vec<String>>().join("\n");
+    let first = &costs.first().context("no stage was measured")?.rows;
+    Ok(format!("{tables}\n{}", history(first, page, today, commit)))
 }
 
-fn table(costs: &[Cost]) -> String {
-    let mut text =
-        String::from("| stage | median | p99 | worst | budget | worst in |\n|---|---:|---:|---:|---:|---|\n");
-    for Cost { name, median, p99, worst, budget, scenario, tick } in costs {
+fn table(Costs { stage, rows }: &Costs) -> String {
+    let mut text = format!(
+        "{stage}:\n\n| stage | median | p99 | worst | budget | worst in |\n|---|---:|---:|---:|---:|---|\n"
+    );
+    for Cost { name, median, p99, worst, budget, scenario, tick } in rows {
         let budget = budget.map_or("–".into(), |budget| budget.to_string());
         // Writing to a String cannot fail.
         _ = writeln!(
@@ -76,11 +79,16 @@ mod tests {
         [cost("guard", None), cost("whole tick", Some(6250))]
     }
 
+    fn of_stage(rows: &[Cost]) -> String {
+        table(&Costs { stage: "a stage".into(), rows: rows.to_vec() })
+    }
+
     #[test]
     fn the_history_keeps_its_rows_and_gets_another() {
         let first = history(&costs(5000), "", "2026-01-01", "abc");
         assert_eq!(first, "| date | commit | whole tick |\n|---|---|---:|\n| 2026-01-01 | abc | 5000 |\n");
-        let page = format!("{}\n{first}<!-- /figures:cycles -->\n| other | table |\n", table(&costs(5000)));
+        let page =
+            format!("{}\n{first}<!-- /figures:cycles -->\n| other | table |\n", of_stage(&costs(5000)));
         let second = history(&costs(4000), &page, "2026-01-02", "def");
         assert_eq!(second, format!("{first}| 2026-01-02 | def | 4000 |\n"));
     }
@@ -98,6 +106,6 @@ mod tests {
 
     #[test]
     fn a_row_without_a_budget_has_a_dash() {
-        assert!(table(&costs(9)).contains("| guard | 1 | 2 | 9 | – | tick 7 of `stop` |\n"));
+        assert!(of_stage(&costs(9)).contains("| guard | 1 | 2 | 9 | – | tick 7 of `stop` |\n"));
     }
 }

@@ -78,6 +78,7 @@ pub(crate) fn answer(
     advanced: &dyn Fn(u64),
 ) -> Result<Answer, Failure> {
     let survey = Survey::of(&samples, asked.bits, advanced)?;
+    let even = survey.is_even();
     let signals = Signals::new(samples, survey, asked.limit_samples);
     let learned = Learned::of(&signals, asked.method, advanced)?;
     let mut positions = asked.positions.as_deref().map(|file| Positions::new(file, asked)).transpose()?;
@@ -93,7 +94,7 @@ pub(crate) fn answer(
         (follow(&signals, &learned, None, positions.as_mut(), advanced)?, None)
     };
     let table = if agreed.is_some() { Table::Learned } else { Table::None };
-    let inside = Inside::of(&learned, signals.scale.zero, &trail, survey.is_even(), table);
+    let inside = Inside::of(&learned, signals.scale.zero, &trail, even, table);
     let findings = health::findings(&signals, &learned, &trail);
     let report =
         Report { asked, signals: &signals, learned: &learned, trail: &trail, agreed, inside, findings };

@@ -70,8 +70,11 @@ impl Report<'_> {
     /// Offsets in %, gain, phase in degrees and amplitude in the file's unit.
     fn shape(&self, ellipse: &Ellipse) -> Shape {
         let scale = &self.signals.scale;
+        let is_biased = health::is_biased(self.signals, &self.learned.signals);
+        let [a, b] = scale.middle;
         Shape {
-            offsets: health::offsets(ellipse, scale.zero).map(|part| 100.0 * part),
+            offsets: (!is_biased).then(|| health::offsets(ellipse, scale.zero).map(|part| 100.0 * part)),
+            middle: [ellipse.p / scale.codes + a, ellipse.q / scale.codes + b],
             gain: 1.0 / ellipse.r,
             phase_deg: -ellipse.alpha.to_degrees(),
             amplitude: ellipse.radius / scale.codes,
@@ -106,10 +109,24 @@ impl Report<'_> {
 }
 
 struct Shape {
-    offsets: [f64; 2],
+    /// Of the middle from the zero, %; none where the zero is not known.
+    offsets: Option<[f64; 2]>,
+    /// The middle, as the file counts.
+    middle: [f64; 2],
     gain: f64,
     phase_deg: f64,
     amplitude: f64,
+}
+
+impl Shape {
+    /// Where the middle lies: beside the zero, or where the file counts it if the zero is not known.
+    fn place(&self, of: &str) -> String {
+        let [a, b] = self.middle;
+        self.offsets.map_or_else(
+            || format!("the middle is at a {}, b {}, as the file counts", Middle(a), Middle(b)),
+            |[a, b]| format!("a {a:+.2} %, b {b:+.2} %{of}"),
+        )
+    }
 }
 
 /// Words for people.
@@ -124,10 +141,7 @@ pub(crate) fn text(report: &Report<'_>) -> String {
     );
     let mut row = |name: &str, words: String| _ = writeln!(text, "  {name:<14}{words}");
     let shape = report.shape(&report.learned.signals);
-    row(
-        "offsets",
-        format!("a {:+.2} %, b {:+.2} % of the amplitude of a", shape.offsets[0], shape.offsets[1]),
-    );
+    row("offsets", shape.place(" of the amplitude of a"));
     row("gain b/a", format!("{:.4}", shape.gain));
     row("quadrature", format!("{:+.2}°", shape.phase_deg));
     row(
@@ -167,9 +181,8 @@ pub(crate) fn text(report: &Report<'_>) -> String {
         row(
             "taken off",
             format!(
-                "a {:+.2} %, b {:+.2} %, gain {:.4}, {:+.2}° (method {})",
-                taken.offsets[0],
-                taken.offsets[1],
+                "{}, gain {:.4}, {:+.2}° (method {})",
+                taken.place(""),
                 taken.gain,
                 taken.phase_deg,
                 report.method()
@@ -241,16 +254,36 @@ fn motion(report: &Report<'_>, row: &mut impl FnMut(&str, String)) {
 }
 
 fn estimate(report: &Report<'_>, estimate: &Estimate) -> String {
-    let stretches = report.trail.stretches.agreed().map_or(0, |agreed| agreed.stretches);
+    let agreed = report.trail.stretches.agreed();
+    let (stretches, left_out) = agreed.map_or((0, 0), |agreed| (agreed.stretches, agreed.left_out));
+    let but = if left_out > 0 {
+        format!("; {left_out} with cut, weak or missing samples left out")
+    } else {
+        String::new()
+    };
     let how = match estimate.from {
         From::Ellipse => "of the ellipse alone".into(),
-        From::Lines => format!("beside straight lines through {stretches} stretches"),
-        From::Halves => format!("half of {stretches} stretches against the other"),
+        From::Lines => format!("beside straight lines through {stretches} stretches{but}"),
+        From::Halves => format!("half of {stretches} stretches against the other{but}"),
         From::Radius => "estimated from the radius".to_owned(),
     };
     let known =
         estimate.uncertainty.map_or_else(String::new, |known| format!(", ± {:.3} nm", report.nm(known)));
     format!("{:.3} nm peak, {:.3} nm rms{known} ({how})", report.nm(estimate.peak), report.nm(estimate.rms))
+}
+
+/// Twelve digits at most: the middle of numbers that are counted from far away.
+struct Middle(f64);
+
+impl std::fmt::Display for Middle {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let decades = self.0.abs().max(f64::MIN_POSITIVE).log10().floor();
+        if (-4.0..12.0).contains(&decades) {
+            write!(f, "{:.*}", (11.0 - decades).min(6.0) as usize, self.0)
+        } else {
+            write!(f, "{:.11e}", self.0)
+        }
+    }
 }
 
 /// Six digits of a number of any size.
@@ -273,8 +306,10 @@ pub(crate) fn document(report: &Report<'_>) -> Value {
     let ellipse = |ellipse: &Ellipse| {
         let shape = report.shape(ellipse);
         json!({
-            "offset_a_percent": shape.offsets[0],
-            "offset_b_percent": shape.offsets[1],
+            "offset_a_percent": shape.offsets.map(|[a, _]| a),
+            "offset_b_percent": shape.offsets.map(|[_, b]| b),
+            "middle_a": shape.middle[0],
+            "middle_b": shape.middle[1],
             "gain": shape.gain,
             "phase_deg": shape.phase_deg,
             "amplitude_a": shape.amplitude,
@@ -308,6 +343,10 @@ pub(crate) fn document(report: &Report<'_>) -> Value {
         })),
         "error_before": report.inside.before.as_ref().map(|(_, estimate)| error(estimate)),
         "error_after": report.inside.after.as_ref().ok().map(|(_, estimate)| error(estimate)),
+        "stretches": report.trail.stretches.agreed().ok().map(|agreed| json!({
+            "taken": agreed.stretches,
+            "left_out": agreed.left_out,
+        })),
         "harmonics": report.agreed.map(|agreed| agreed.harmonics.0),
         "harmonics_nm": report.agreed.map(|agreed| agreed.harmonics.sizes().map(|size| report.nm(size))),
         "travel_um": report.um(trail.highest - trail.lowest),
@@ -316,7 +355,9 @@ pub(crate) fn document(report: &Report<'_>) -> Value {
         "largest_step_mm_s": report.signals.survey.rate_hz().map(|hz| 1e-3 * report.um(trail.largest_step) * hz),
         "largest_surprise_nm": report.nm(trail.largest_surprise),
         "aliasing_limit_nm": report.nm(0.5),
-        "cut_off": { "a": report.learned.cut[0], "b": report.learned.cut[1] },
+        "cut_off": { "a": report.learned.cut[0], "b": report.learned.cut[1], "samples": report.learned.cut_samples },
+        "missing_samples": trail.gaps.missing,
+        "samples_without_phase": trail.gaps.short,
         "kept_by_filter": report.learned.kept,
         "grade": health::grade(&report.findings).to_string(),
         "findings": report.findings,

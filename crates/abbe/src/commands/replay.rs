@@ -1,11 +1,12 @@
 //! `abbe replay FILE`.
 
 use super::Answer;
-use crate::cli::Replay;
+use crate::cli::{Replay, SampledAxis};
 use crate::failure::Failure;
 use crate::flight::Recording;
 use crate::flight::plot;
 use crate::flight::replay::{self, Proof};
+use crate::flight::samples;
 use crate::flight::trace::{Kind, Mark, Row, Trace, Window, Wish};
 use crate::folder::{self, Ready};
 use crate::preset::Preset;
@@ -38,12 +39,26 @@ pub(crate) fn run(named: Option<&Preset>, asked: &Replay) -> Result<Answer, Fail
     if let Some(file) = &asked.csv {
         folder::write_whole(file, trace.csv.as_bytes())?;
     }
+    if let (Some(file), Some(axis)) = (&asked.samples, asked.axis) {
+        folder::write_whole(file, samples(&recording, axis, window, &asked.file)?.as_bytes())?;
+    }
     if let (Some(file), Some(picture)) = (&asked.plot, picture) {
         write_plot(file, picture, &trace, &recording, &sentence(&recording, proof))?;
     }
     Ok(Answer {
         text: text(&recording, proof, &trace, asked),
         json: document(&recording, proof, covered, &trace, asked),
+    })
+}
+
+fn samples(recording: &Recording, axis: SampledAxis, window: Window, file: &Path) -> Result<String, Failure> {
+    let told = |words: &dyn std::fmt::Display| Failure::work(format!("{}: {words}", file.display()));
+    let name = if axis == SampledAxis::X { "x" } else { "y" };
+    samples::csv(recording, axis as usize, window).map_err(|error| told(&error))?.ok_or_else(|| {
+        told(&format!(
+            "no samples of axis {name} in {:.4} … {:.4} s; --samples is for analogue encoders, as the preset litho-120 has them",
+            window.from_s, window.to_s
+        ))
     })
 }
 
@@ -91,7 +106,7 @@ fn covered(recording: &Recording) -> Window {
 }
 
 fn outputs(asked: &Replay) -> Result<Vec<Ready>, Failure> {
-    let files = [("--csv", &asked.csv), ("--plot", &asked.plot)];
+    let files = [("--csv", &asked.csv), ("--samples", &asked.samples), ("--plot", &asked.plot)];
     let wanted = files.into_iter().filter_map(|(option, file)| file.as_deref().map(|file| (option, file)));
     wanted.map(|(option, file)| folder::prepare_file(option, file, asked.force)).collect()
 }
@@ -132,7 +147,7 @@ fn text(recording: &Recording, proof: Proof, trace: &Trace, asked: &Replay) -> S
         text.push_str(Row::TABLE);
         trace.rows.iter().for_each(|row| row.table(&mut text));
     }
-    for file in [&asked.csv, &asked.plot].into_iter().flatten() {
+    for file in [&asked.csv, &asked.samples, &asked.plot].into_iter().flatten() {
         _ = writeln!(text, "→ {}", file.display());
     }
     text
@@ -151,6 +166,7 @@ fn document(recording: &Recording, proof: Proof, covered: Window, trace: &Trace,
         "marks": trace.marks.iter().map(Mark::json).collect::<Vec<_>>(),
         "rows": asked.step.map(|_| trace.rows.iter().map(Row::json).collect::<Vec<_>>()),
         "csv": asked.csv,
+        "samples": asked.samples,
         "plot": asked.plot,
     })
 }

@@ -1,7 +1,7 @@
 //! How good the signals of analogue encoders are, in words and as JSON.
 
 use abbe_core::Status;
-use abbe_core::sense::health::Report;
+use abbe_core::sense::health::{Findings, Report};
 use serde_json::{Value, json};
 use std::f64::consts::FRAC_2_SQRT_PI;
 use std::fmt::Write as _;
@@ -25,6 +25,10 @@ pub(super) fn text(status: &Status<2>) -> String {
         if report.warn.0 | report.fail.0 != 0 {
             _ = write!(text, ": {}", report.warn.and(report.fail));
         }
+        let before = before(report);
+        if before != Findings::NONE {
+            _ = write!(text, "; earlier: {before}");
+        }
     }
     text
 }
@@ -40,9 +44,15 @@ fn of_axis(report: Report) -> Value {
         "grade": report.grade().to_string(),
         "warn": report.warn.to_string(),
         "fail": report.fail.to_string(),
+        "ever": report.ever.to_string(),
         "amplitude": amplitude(report),
         "noise": noise(report),
     })
+}
+
+/// What was found earlier, and is not now.
+fn before(report: Report) -> Findings {
+    Findings(report.ever.0 & !report.warn.and(report.fail).0)
 }
 
 /// Part of what it should be.
@@ -60,16 +70,22 @@ mod tests {
     use super::*;
     use abbe_core::Controller;
     use abbe_core::design::StageSettings;
-    use abbe_core::sense::health::Findings;
 
     #[test]
     fn grades_are_told_in_words_and_square_signals_have_none() {
         let settings = StageSettings::<2>::default().build().unwrap();
         let mut status = Controller::new(settings).status();
         assert_eq!((text(&status), json(&status)), (String::new(), json!({ "x": null, "y": null })));
-        let report = Report { warn: Findings::WEAK, fail: Findings::NONE, amplitude: 160, noise: 41 };
+        let report = Report {
+            warn: Findings::WEAK,
+            fail: Findings::NONE,
+            ever: Findings::WEAK.and(Findings::MISSED),
+            amplitude: 160,
+            noise: 46,
+        };
         status.axes[1].signals = Some(report);
-        assert_eq!(text(&status), "\ny: encoder signals warn (amplitude 62 %, noise 1.0 %): weak");
+        let words = "\ny: encoder signals warn (amplitude 62 %, noise 1.0 %): weak; earlier: samples missed";
+        assert_eq!(text(&status), words);
         assert_eq!(json(&status)["y"]["grade"], "warn");
     }
 }

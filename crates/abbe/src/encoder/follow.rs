@@ -3,10 +3,11 @@
 use super::method::{Corrector, Learned, phase_of};
 use super::signals::Seen;
 use super::stretches::Stretches;
+use super::way::{Gaps, Placed, Way};
 use abbe_core::sense::correct::Residual;
-use abbe_core::sense::ellipse::Ellipse;
+use abbe_core::sense::health::{SHORT, SURPRISE, WEAKNESS};
 use abbe_core::sense::limit::CountLimit;
-use abbe_core::sense::periods::{Periods, Unwrap};
+use abbe_core::sense::periods::Periods;
 use abbe_core::sense::phase::Phase;
 use abbe_core::sense::subdivide::Subdivider;
 use std::f64::consts::TAU;
@@ -128,7 +129,7 @@ pub(crate) struct Follow<'l> {
     learned: &'l Learned,
     corrector: Corrector,
     table: Option<&'l Residual>,
-    unwrap: Unwrap,
+    way: Way,
     seen: Trail,
 }
 
@@ -146,6 +147,10 @@ pub(crate) struct Trail {
     pub(crate) largest_step: f64,
     /// The largest distance of a sample from where the two before it pointed, periods.
     pub(crate) largest_surprise: f64,
+    /// The line of the first that was so far off that periods may have been lost.
+    pub(crate) lost_from: Option<u64>,
+    /// Samples that were missing, or too short to have a phase.
+    pub(crate) gaps: Gaps,
     /// Distance of the samples from the ellipse, as part of its radius.
     pub(crate) radius: Spread,
     /// The same, in parts of the period.
@@ -189,24 +194,28 @@ impl Points {
 impl<'l> Follow<'l> {
     /// From the first sample on; `table` is taken off the phase after the ellipse.
     pub(crate) fn new(learned: &'l Learned, table: Option<&'l Residual>) -> Self {
-        Self { learned, corrector: learned.corrector(), table, unwrap: Unwrap::default(), seen: Trail::new() }
+        Self { learned, corrector: learned.corrector(), table, way: Way::default(), seen: Trail::new() }
     }
 
     /// The next sample; its position.
     pub(crate) fn sample(&mut self, seen: &Seen<'_>) -> Periods {
         let phase = self.corrector.sample(seen);
         let phase = self.table.map_or(phase, |table| table.take_off(phase));
-        let followed = self.unwrap.next(phase);
-        self.seen.place(followed.position, followed.surprise.unsigned_abs());
-        self.seen.vector(&self.learned.signals, seen.codes);
+        let [u, v] = self.learned.signals.straighten(seen.codes[0], seen.codes[1]);
+        let radius = u.hypot(v) / self.learned.signals.radius;
+        let placed = self.way.next(phase, seen.missing, radius < SHORT, seen.line);
+        self.seen.place(placed, seen.line);
+        self.seen.stretches.add(placed, seen.is_own() && radius > 1.0 - WEAKNESS.warn);
+        self.seen.vector([u, v], radius);
         self.seen.points.see(self.seen.samples, seen.codes);
         self.seen.samples += 1;
-        followed.position
+        placed.position
     }
 
     /// What was seen on the way.
     pub(crate) fn end(mut self) -> Trail {
         self.seen.stretches.end();
+        self.seen.gaps = self.way.end();
         self.seen
     }
 }
@@ -226,6 +235,8 @@ impl Trail {
             last: 0.0,
             largest_step: 0.0,
             largest_surprise: 0.0,
+            lost_from: None,
+            gaps: Gaps::default(),
             radius: Spread::default(),
             parts: [Part::default(); PARTS],
             weakest: f64::INFINITY,
@@ -237,29 +248,31 @@ impl Trail {
         }
     }
 
-    fn place(&mut self, position: Periods, surprise: u32) {
+    fn place(&mut self, Placed { position, surprise, is_whole }: Placed, line: u64) {
         let turns = position.turns();
         self.lowest = self.lowest.min(turns);
         self.highest = self.highest.max(turns);
         self.last = turns;
         match self.before.replace(position) {
             None => self.first = turns,
+            Some(_) if !is_whole => {}
             Some(before) => {
                 let step = Periods(position.way_from(before)).turns().abs();
                 self.largest_step = self.largest_step.max(step);
             }
         }
-        // The first two samples are what the expectation begins with.
-        if self.samples >= 2 {
-            self.largest_surprise = self.largest_surprise.max(Phase(surprise).turns());
+        if let Some(surprise) = surprise.map(i32::unsigned_abs) {
+            let turns = Phase(surprise).turns();
+            self.largest_surprise = self.largest_surprise.max(turns);
             self.surprises.add(surprise);
+            if turns > SURPRISE.fail {
+                self.lost_from.get_or_insert(line);
+            }
         }
-        self.stretches.add(position);
     }
 
-    fn vector(&mut self, signals: &Ellipse, [x, y]: [f64; 2]) {
-        let [u, v] = signals.straighten(x, y);
-        let radius = u.hypot(v) / signals.radius;
+    /// A vector around the middle of the circle, and its length as part of the radius.
+    fn vector(&mut self, [u, v]: [f64; 2], radius: f64) {
         self.radius.add(radius);
         let part = (phase_of(v.atan2(u) / TAU).0 >> 26) as usize;
         self.parts[part].count += 1;

@@ -41,6 +41,8 @@ fn judge(what: &'static str, bounds: Bounds, value: f64, reason: impl FnOnce() -
 const SCATTER: Bounds = Bounds { warn: 0.03, fail: 0.10 };
 /// Parts of the period that were not seen.
 const COVERAGE: Bounds = Bounds { warn: 0.0, fail: PARTS as f64 / 4.0 };
+/// Samples in place of which the limit filter kept another, parts of all: it is for single wild ones.
+const KEPT: Bounds = Bounds { warn: 0.01, fail: 0.25 };
 /// What an amplitude lacks of full scale.
 const SMALL: Bounds = Bounds { warn: 0.6, fail: 0.9 };
 
@@ -48,7 +50,7 @@ const SMALL: Bounds = Bounds { warn: 0.6, fail: 0.9 };
 pub(crate) fn findings(signals: &Signals<'_>, learned: &Learned, trail: &Trail) -> Vec<Finding> {
     let ellipse = &learned.signals;
     let samples = trail.samples as f64;
-    let cut = learned.cut[0].max(learned.cut[1]);
+    let (cut, kept) = (learned.cut_samples, learned.kept);
     let percent = |part: f64| 100.0 * part;
     let [offset_a, offset_b] = offsets(ellipse, signals.scale.zero);
     let biased = is_biased(signals, ellipse);
@@ -72,6 +74,12 @@ pub(crate) fn findings(signals: &Signals<'_>, learned: &Learned, trail: &Trail) 
                 percent(cut as f64 / samples)
             )
         }),
+        judge("limit filter", KEPT, kept as f64 / samples, || {
+            format!(
+                "in {kept} places ({:.0} %) --limit-samples kept another sample: its step is smaller than those of the motion; allow a larger one",
+                percent(kept as f64 / samples)
+            )
+        }),
         judge("amplitude scatter", SCATTER, scatter, || {
             format!("samples lie {:.1} % rms of the amplitude from the ellipse", percent(scatter))
         }),
@@ -93,8 +101,9 @@ pub(crate) fn findings(signals: &Signals<'_>, learned: &Learned, trail: &Trail) 
         judge("noise", NOISE, TAU * noise, || format!("noise of {:.2} % rms of a period", percent(noise))),
         judge("speed", SURPRISE, surprise, || {
             format!(
-                "a sample lies {:.0} % of half a period from where it was expected; beyond 100 % periods are lost: sample faster, or go slower",
-                percent(2.0 * surprise)
+                "a sample lies {:.0} % of half a period from where it was expected; beyond 100 % periods are lost: sample faster, or go slower{}",
+                percent(2.0 * surprise),
+                trail.lost_from.map_or_else(String::new, untrusted)
             )
         }),
         judge("coverage", COVERAGE, missing as f64, || {
@@ -104,9 +113,41 @@ pub(crate) fn findings(signals: &Signals<'_>, learned: &Learned, trail: &Trail) 
             format!("the amplitude is {:.0} % of the converter's full scale", percent(1.0 - small))
         }),
     ];
-    let mut all: Vec<Finding> = all.into_iter().flatten().collect();
+    let mut all: Vec<Finding> = all.into_iter().flatten().chain(gaps(trail)).collect();
     all.sort_by_key(|finding| std::cmp::Reverse(finding.grade));
     all
+}
+
+fn untrusted(line: u64) -> String {
+    format!("; from line {line} on the positions cannot be trusted")
+}
+
+/// What is to be said of samples that were not there, or had no phase.
+fn gaps(trail: &Trail) -> Vec<Finding> {
+    let gaps = &trail.gaps;
+    let lost_from = gaps.lost_from(trail.noise());
+    let grade = if lost_from.is_some() { Grade::Fail } else { Grade::Warn };
+    let trust = || {
+        lost_from
+            .map_or_else(String::new, |line| format!(", which does not tell the period{}", untrusted(line)))
+    };
+    let missing = gaps.missing_before.map(|line| Finding {
+        grade,
+        what: "missing samples",
+        reason: format!(
+            "by their times {} samples are missing in {} places, first before line {line}; positions go on at the speed before each{}",
+            gaps.missing, gaps.places, trust()
+        ),
+    });
+    let short = gaps.short_from.map(|line| Finding {
+        grade,
+        what: "no phase",
+        reason: format!(
+            "{} samples, the first in line {line}, are shorter than 3/8 of the amplitude; positions go on at the speed before them{}",
+            gaps.short, trust()
+        ),
+    });
+    missing.into_iter().chain(short).collect()
 }
 
 /// The worst of all findings.

@@ -23,6 +23,8 @@ pub(crate) struct Learned {
     pub(crate) taken: Ellipse,
     /// Samples cut off in each channel.
     pub(crate) cut: [u64; 2],
+    /// Samples cut off in either.
+    pub(crate) cut_samples: u64,
     /// Samples in place of which the limit filter kept another.
     pub(crate) kept: u64,
     /// The recursion as it is where it first fits.
@@ -49,7 +51,7 @@ pub(crate) struct Runner {
 }
 
 impl Learned {
-    /// Learns from all samples that were not cut off.
+    /// Learns from all samples that were not cut off, and in whose place the limit filter kept no other.
     ///
     /// # Errors
     /// The signals draw no ellipse that can be found, by fit or by the method.
@@ -83,7 +85,14 @@ impl Learned {
                 })
             })
             .transpose()?;
-        Ok(Self { signals: ellipse, taken, cut: pupil.cut, kept: pupil.kept, running })
+        Ok(Self {
+            signals: ellipse,
+            taken,
+            cut: pupil.cut,
+            cut_samples: pupil.cut_samples,
+            kept: pupil.kept,
+            running,
+        })
     }
 
     /// A corrector at the beginning of the file.
@@ -101,6 +110,7 @@ struct Pupil {
     turns: [Turns; 2],
     runner: Runner,
     cut: [u64; 2],
+    cut_samples: u64,
     kept: u64,
 }
 
@@ -117,6 +127,7 @@ impl Pupil {
             turns: [0, 1].map(|channel| Turns::new(hysteresis[channel], cuts[channel])),
             runner: Runner::new(Recursive::new(rough)),
             cut: [0; 2],
+            cut_samples: 0,
             kept: 0,
         }
     }
@@ -124,10 +135,13 @@ impl Pupil {
     fn see(&mut self, seen: &Seen<'_>, method: Method) {
         self.kept += u64::from(seen.kept);
         self.cut.iter_mut().zip(seen.cut).for_each(|(count, cut)| *count += u64::from(cut));
-        if !seen.is_cut() {
+        self.cut_samples += u64::from(seen.is_cut());
+        if seen.is_own() {
             self.moments.add(seen.codes);
         }
         match method {
+            // What was cut off says at least where the signal turns; what the filter put there says nothing.
+            Method::Peaks if seen.kept => {}
             Method::Peaks => {
                 let codes = whole_codes(seen.codes);
                 self.turns
@@ -147,8 +161,16 @@ impl Pupil {
     }
 
     fn reason(&self, reason: &str) -> String {
-        let cut: u64 = self.cut.iter().sum();
-        if cut > 0 { format!("{reason} ({cut} samples at full scale were left out)") } else { reason.into() }
+        match (self.cut_samples, self.kept) {
+            (0, 0) => reason.into(),
+            (cut, 0) => format!("{reason} ({cut} samples at full scale were left out)"),
+            (0, kept) => format!(
+                "{reason} ({kept} samples were left out, in whose place --limit-samples kept another)"
+            ),
+            (cut, kept) => format!(
+                "{reason} ({cut} samples at full scale were left out, and {kept} in whose place --limit-samples kept another)"
+            ),
+        }
     }
 }
 
@@ -165,7 +187,7 @@ impl Runner {
         let polar = self.recursive.correction().polar(sample);
         self.way.next(polar.phase);
         // As in the tick: what the converter has cut off draws no ellipse, and a fast motion a skewed one.
-        let worth = !seen.is_cut() && self.way.is_slower_than(FASTEST);
+        let worth = seen.is_own() && self.way.is_slower_than(FASTEST);
         if worth && self.gather.sample(sample, polar, self.recursive.nominal()) {
             let update = self.recursive.update(&self.gather.take().moments());
             if !matches!(update, Update::Refused(_)) {

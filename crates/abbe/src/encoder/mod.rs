@@ -6,8 +6,10 @@
 //! | [`survey`] | first pass: extremes, piles at them, converter codes, times |
 //! | [`signals`] | the samples as codes, through paper B's first limit filter if asked |
 //! | [`method`] | second pass: the ellipse that the signals draw, and what a method takes off |
+//! | [`paces`] | the usual step of time, and samples that are missing |
 //! | [`turns`] | extremes of a channel that were seen whole |
-//! | [`follow`] | third pass: phases, positions, radius and noise |
+//! | [`way`] | phases to positions, over gaps too |
+//! | [`follow`] | third pass: positions, radius and noise |
 //! | [`stretches`] | harmonics of the phase error beside straight lines |
 //! | [`error`] | the error inside a period before and after |
 //! | [`health`] | grades with their reasons |
@@ -17,11 +19,13 @@ pub(crate) mod error;
 pub(crate) mod follow;
 pub(crate) mod health;
 pub(crate) mod method;
+pub(crate) mod paces;
 pub(crate) mod plot;
 pub(crate) mod samples;
 pub(crate) mod signals;
 pub(crate) mod stretches;
 pub(crate) mod survey;
 pub(crate) mod turns;
+pub(crate) mod way;
 #[cfg(test)]
 mod tests;

@@ -3,6 +3,7 @@
 //! Codes of a converter stay what they are, counted from its zero. Other numbers are scaled so that the larger channel
 //! fills ±30 000: the parts of the controller that count in 16 bits then see the signal to 1/60 000 of it.
 
+use super::paces::missing;
 use super::samples::{Fault, Samples};
 use super::survey::Survey;
 use crate::failure::Failure;
@@ -48,12 +49,21 @@ pub(crate) struct Seen<'l> {
     pub(crate) cut: [bool; 2],
     /// The limit filter kept the one before in place of it.
     pub(crate) kept: bool,
+    /// Samples that the times say are missing before it.
+    pub(crate) missing: u64,
+    /// Its line in the file.
+    pub(crate) line: u64,
     /// The time as the file writes it.
     pub(crate) time: Option<&'l str>,
 }
 
 impl Seen<'_> {
-    /// Either channel was cut off.
+    /// It may teach what the signals are like: nothing stands in its place.
+    pub(crate) fn is_own(&self) -> bool {
+        !self.is_cut() && !self.kept
+    }
+
+    /// Either channel was cut off: counts once, whichever it was.
     pub(crate) fn is_cut(&self) -> bool {
         self.cut != [false; 2]
     }
@@ -78,7 +88,8 @@ impl<'f> Signals<'f> {
     pub(crate) fn new(samples: Samples<'f>, survey: Survey, limit: Option<f64>) -> Self {
         let scale = Scale::of(&survey);
         let limit = limit.map(|step| (step * scale.codes).ceil().clamp(1.0, f64::from(u16::MAX)) as u16);
-        Self { samples, survey, scale, cuts: survey.cuts(), limit }
+        let cuts = survey.cuts();
+        Self { samples, survey, scale, cuts, limit }
     }
 
     /// The codes from which on the samples of each channel are cut off, below and above.
@@ -97,6 +108,8 @@ impl<'f> Signals<'f> {
         mut look: impl FnMut(Seen<'_>) -> Result<(), Failure>,
     ) -> Result<(), Failure> {
         let mut limits = self.limit.map(|largest| [SampleLimit::new(largest); 2]);
+        let usual_s = self.survey.usual_s();
+        let mut before_s = None;
         let mut count = 0;
         self.samples.each(advanced, |sample| {
             count += 1;
@@ -104,12 +117,17 @@ impl<'f> Signals<'f> {
                 let ([low, high], value) = (self.cuts[channel], sample.channels[channel]);
                 value <= low || value >= high
             });
+            let time_s = sample.time.map(|(t_s, _)| t_s);
+            let step_s = time_s.zip(std::mem::replace(&mut before_s, time_s)).map(|(t, before)| t - before);
+            let missing = step_s.zip(usual_s).map_or(0, |(step_s, usual_s)| missing(step_s, usual_s));
             let raw = self.scale.code(sample.channels);
             let codes = limits.as_mut().map_or(raw, |limits| passed(limits, raw));
             // A filter that lets a sample pass leaves its fraction of a code alone.
             let kept = [0, 1].map(|channel| (codes[channel] - raw[channel]).abs() > 0.5);
             let codes = [0, 1].map(|channel| if kept[channel] { codes[channel] } else { raw[channel] });
-            look(Seen { codes, cut, kept: kept != [false; 2], time: sample.time.map(|(_, text)| text) })
+            let kept = kept != [false; 2];
+            let time = sample.time.map(|(_, text)| text);
+            look(Seen { codes, cut, kept, missing, line: sample.line, time })
         })?;
         if count != self.survey.samples {
             return Err(self.samples.error(None, Fault::Changed).into());

@@ -3,10 +3,13 @@
 //! A stage never keeps its speed to a nanometre over a whole file, but over some ten periods it nearly does. Each stretch
 //! is judged beside a straight line of its own ([`Sweep`]) and the stretches are averaged: what a ripple of the speed does
 //! to one is another's to undo, unless the ripple repeats with the grating, which no file can tell from an error of the
-//! signals. By how much the stretches differ says how well the mean is known.
+//! signals. By how much the stretches differ says how well the mean is known. A stretch in which a sample was cut off,
+//! weak or missing is left out: its harmonics are those of the fault.
 
+use super::way::Placed;
 use abbe_core::sense::harmonics::{HARMONICS, Harmonics, Sweep, SweepError};
 use abbe_core::sense::periods::Periods;
+use std::fmt;
 
 /// A stretch has as many samples and periods at least.
 const SAMPLES: u32 = 512;
@@ -25,11 +28,35 @@ pub(crate) struct Stretches {
     samples: u32,
     /// Stretches with even and with odd numbers.
     halves: [Half; 2],
+    /// A sample of this stretch is not to be learned from.
+    is_spoilt: bool,
+    spoilt: u32,
     good: u32,
     good_samples: u64,
     refused_samples: u64,
     /// Of the longest that taught nothing.
     refused: Option<(u32, SweepError)>,
+}
+
+/// Why no stretch has told anything.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum NoStretch {
+    /// The longest that went at no constant speed, or saw too little.
+    Refused(SweepError),
+    /// Each had samples that were cut off, weak or missing.
+    Spoilt(u32),
+}
+
+impl fmt::Display for NoStretch {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Refused(error) => error.fmt(f),
+            Self::Spoilt(1) => f.write_str("the only stretch has samples that are cut off, weak or missing"),
+            Self::Spoilt(stretches) => {
+                write!(f, "all {stretches} stretches have samples that are cut off, weak or missing")
+            }
+        }
+    }
 }
 
 /// Weighted sums of harmonics; the weights are samples.
@@ -54,6 +81,8 @@ pub(crate) struct Agreed {
     pub(crate) uncertainty: f64,
     /// How many there were.
     pub(crate) stretches: u32,
+    /// How many were left out, with samples that were cut off, weak or missing.
+    pub(crate) left_out: u32,
     /// The part of the samples that they cover.
     pub(crate) share: f64,
     /// Half of the difference of the two halves of the stretches: what is left when the mean is taken off, seen in
@@ -62,8 +91,10 @@ pub(crate) struct Agreed {
 }
 
 impl Stretches {
-    /// The position of the next sample.
-    pub(crate) fn add(&mut self, position: Periods) {
+    /// The position of the next sample; `is_sound` if it was neither cut off nor weak.
+    pub(crate) fn add(&mut self, placed: Placed, is_sound: bool) {
+        let position = placed.position;
+        self.is_spoilt |= !(is_sound && placed.is_whole);
         self.first.get_or_insert(position);
         self.last = position;
         self.sweep.add(position);
@@ -90,9 +121,14 @@ impl Stretches {
 
     fn try_to_learn(&mut self, give_up: bool) {
         match self.sweep.learn() {
+            Ok(_) if self.is_spoilt => {
+                self.spoilt += 1;
+                self.refused_samples += u64::from(self.samples);
+            }
             Ok((harmonics, left)) => self.take(&harmonics, left),
             Err(SweepError::Gaps { .. } | SweepError::TooShort { .. }) if !give_up => return,
             Err(error) => {
+                self.spoilt += u32::from(self.is_spoilt);
                 if self.refused.is_none_or(|(longest, _)| self.samples > longest) {
                     self.refused = Some((self.samples, error));
                 }
@@ -102,6 +138,7 @@ impl Stretches {
         self.sweep = Sweep::default();
         self.first = None;
         self.samples = 0;
+        self.is_spoilt = false;
     }
 
     fn take(&mut self, harmonics: &Harmonics, left: f64) {
@@ -111,10 +148,10 @@ impl Stretches {
     }
 
     /// What the stretches agree on, or why there is none.
-    pub(crate) fn agreed(&self) -> Result<Agreed, SweepError> {
+    pub(crate) fn agreed(&self) -> Result<Agreed, NoStretch> {
         let all = self.halves[0].with(&self.halves[1]);
         let Some(harmonics) = all.mean() else {
-            return Err(self.refused().unwrap_or(SweepError::TooShort { periods: 0.0 }));
+            return Err(self.why_none());
         };
         let left = self.halves[0].mean().zip(self.halves[1].mean()).map(|(Harmonics(a), Harmonics(b))| {
             let mut half = a;
@@ -125,9 +162,17 @@ impl Stretches {
             harmonics,
             uncertainty: if self.good < FEW { all.by_noise() } else { all.by_scatter() },
             stretches: self.good,
+            left_out: self.spoilt,
             share: self.good_samples as f64 / (self.good_samples + self.refused_samples) as f64,
             left,
         })
+    }
+
+    fn why_none(&self) -> NoStretch {
+        match self.refused() {
+            None if self.spoilt > 0 => NoStretch::Spoilt(self.spoilt),
+            refused => NoStretch::Refused(refused.unwrap_or(SweepError::TooShort { periods: 0.0 })),
+        }
     }
 
     /// Why the longest stretch that taught nothing did not.
@@ -189,9 +234,14 @@ mod tests {
     use std::f64::consts::TAU;
 
     fn run(samples: u32, place: impl Fn(f64) -> f64) -> Stretches {
+        run_with(samples, place, |_| true)
+    }
+
+    fn run_with(samples: u32, place: impl Fn(f64) -> f64, is_sound: impl Fn(u32) -> bool) -> Stretches {
         let mut stretches = Stretches::default();
         (0..samples).for_each(|k| {
-            stretches.add(Periods((place(f64::from(k)) * 4_294_967_296.0).round() as i64));
+            let position = Periods((place(f64::from(k)) * 4_294_967_296.0).round() as i64);
+            stretches.add(Placed { position, surprise: None, is_whole: true }, is_sound(k));
         });
         stretches.end();
         stretches
@@ -219,12 +269,38 @@ mod tests {
         assert!(off.abs() < 4.0 * rippled.uncertainty, "{rippled:?}");
     }
 
+    /// A tenth of the file with a first harmonic of a hundredth of a turn.
+    #[test]
+    fn stretches_with_bad_samples_are_left_out_and_counted() {
+        let is_sound = |k: u32| !(8000..12_000).contains(&k);
+        let place = |k: f64| {
+            let turns = 0.0371 * k;
+            poor(turns) + if is_sound(k as u32) { 0.0 } else { 0.01 * (TAU * turns).sin() }
+        };
+        let found = run_with(40_000, place, is_sound).agreed().unwrap();
+        assert!((7..11).contains(&found.left_out) && (0.85..0.91).contains(&found.share), "{found:?}");
+        assert!(found.harmonics.sizes()[0] < 1e-6, "{found:?}");
+        assert!(run(40_000, place).agreed().unwrap().harmonics.sizes()[0] > 5e-4);
+        let none = run_with(4000, place, |k| k % 100 != 0).agreed();
+        assert!(matches!(none, Err(NoStretch::Spoilt(5..))), "{none:?}");
+    }
+
     #[test]
     fn what_teaches_nothing_says_why() {
-        assert!(matches!(run(3000, |k| 0.0001 * k).agreed(), Err(SweepError::TooShort { .. })));
-        assert!(matches!(run(3000, |k| 0.125 * k).agreed(), Err(SweepError::Gaps { .. })));
+        assert!(matches!(
+            run(3000, |k| 0.0001 * k).agreed(),
+            Err(NoStretch::Refused(SweepError::TooShort { .. }))
+        ));
+        assert!(matches!(
+            run(3000, |k| 0.125 * k).agreed(),
+            Err(NoStretch::Refused(SweepError::Gaps { .. }))
+        ));
         let shaken = run(20_000, |k| 0.0371 * k + 0.3 * (k * 0.05).sin());
-        assert!(matches!(shaken.agreed(), Err(SweepError::NotConstant { .. })), "{:?}", shaken.agreed());
+        assert!(
+            matches!(shaken.agreed(), Err(NoStretch::Refused(SweepError::NotConstant { .. }))),
+            "{:?}",
+            shaken.agreed()
+        );
         assert!(Stretches::default().agreed().is_err());
     }
 }

@@ -1,5 +1,6 @@
 //! The first pass: what the samples reach, and whether they were cut off there.
 
+use super::paces::Paces;
 use super::samples::{CHANNELS, Fault, Sample, Samples, SamplesError};
 use crate::failure::Failure;
 
@@ -13,6 +14,9 @@ const FEW: f64 = 4.0;
 const UNEVEN: f64 = 0.1;
 
 /// The value at one end of a channel, and how many samples lie there and at the next value.
+///
+/// A stage that rests at a crest leaves as many there as it likes, so the longest visit of a pile is no part of it: the
+/// rail is met each time that the signal comes back from the other half of its range.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct End {
     /// The extreme.
@@ -20,17 +24,23 @@ pub(crate) struct End {
     count: u64,
     next: f64,
     next_count: u64,
+    /// Samples at the extreme since the signal came from the other half, and on the longest visit before.
+    visit: u64,
+    longest: u64,
 }
 
 impl End {
-    const NONE: Self = Self { value: f64::NAN, count: 0, next: f64::NAN, next_count: 0 };
+    const NONE: Self =
+        Self { value: f64::NAN, count: 0, next: f64::NAN, next_count: 0, visit: 0, longest: 0 };
 
     /// `beyond` says whether the first lies farther out than the second; it does not for a number that is none.
     fn see(&mut self, value: f64, beyond: fn(f64, f64) -> bool) {
         if self.count == 0 || beyond(value, self.value) {
-            *self = Self { value, count: 1, next: self.value, next_count: self.count };
+            let (next, next_count) = (self.value, self.count);
+            *self = Self { value, count: 1, next, next_count, visit: 1, longest: 0 };
         } else if value == self.value {
             self.count += 1;
+            self.visit += 1;
         } else if self.next_count == 0 || beyond(value, self.next) {
             (self.next, self.next_count) = (value, 1);
         } else if value == self.next {
@@ -38,10 +48,17 @@ impl End {
         }
     }
 
-    /// The samples were cut off here: they pile up.
+    /// The signal is in the other half: the visit is over.
+    fn leave(&mut self) {
+        self.longest = self.longest.max(self.visit);
+        self.visit = 0;
+    }
+
+    /// The samples were cut off here: they pile up, on more than one visit.
     fn is_cut(&self) -> bool {
         let next = self.next_count as f64;
-        self.count as f64 > HIGHER * (next + CHANCE * next.sqrt() + FEW)
+        let pile = self.count - self.longest.max(self.visit);
+        pile as f64 > HIGHER * (next + CHANCE * next.sqrt() + FEW)
     }
 }
 
@@ -67,12 +84,13 @@ impl Channel {
 }
 
 /// The times of the samples, s.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Times {
     first: f64,
     last: f64,
     shortest: f64,
     longest: f64,
+    paces: Paces,
 }
 
 /// How a converter writes its codes.
@@ -111,7 +129,7 @@ impl Converter {
 }
 
 /// What the first pass found.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Survey {
     /// How many samples.
     pub(crate) samples: u64,
@@ -154,6 +172,12 @@ impl Survey {
         for (channel, value) in self.channels.iter_mut().zip(sample.channels) {
             channel.low.see(value, |value, end| value < end);
             channel.high.see(value, |value, end| value > end);
+            let middle = channel.middle();
+            if value < middle {
+                channel.high.leave();
+            } else if value > middle {
+                channel.low.leave();
+            }
         }
         let Some((t_s, _)) = sample.time else { return Ok(()) };
         let times = self.times.get_or_insert(Times {
@@ -161,6 +185,7 @@ impl Survey {
             last: f64::NAN,
             shortest: f64::INFINITY,
             longest: 0.0,
+            paces: Paces::default(),
         });
         let before_s = std::mem::replace(&mut times.last, t_s);
         if t_s <= before_s {
@@ -169,6 +194,9 @@ impl Survey {
         // Of the first sample it is no number, which neither takes.
         times.shortest = times.shortest.min(t_s - before_s);
         times.longest = times.longest.max(t_s - before_s);
+        if !before_s.is_nan() {
+            times.paces.add(t_s - before_s);
+        }
         Ok(())
     }
 
@@ -199,14 +227,21 @@ impl Survey {
         })
     }
 
+    /// The usual step of time, s, where there is one.
+    pub(crate) fn usual_s(&self) -> Option<f64> {
+        self.times.as_ref().and_then(|times| times.paces.usual_s())
+    }
+
     /// Samples a second, where there are times.
     pub(crate) fn rate_hz(&self) -> Option<f64> {
-        self.times.map(|times| (self.samples - 1) as f64 / (times.last - times.first))
+        let times = self.times.as_ref()?;
+        let mean_hz = (self.samples - 1) as f64 / (times.last - times.first);
+        Some(times.paces.usual_s().map_or(mean_hz, f64::recip))
     }
 
     /// The samples lie at even distances of time, as far as is known.
     pub(crate) fn is_even(&self) -> bool {
-        self.times.is_none_or(|times| {
+        self.times.as_ref().is_none_or(|times| {
             let mean_s = (times.last - times.first) / (self.samples - 1) as f64;
             let off = (times.longest - mean_s).max(mean_s - times.shortest);
             off <= UNEVEN * mean_s
@@ -255,8 +290,22 @@ mod tests {
         let mut end = End::NONE;
         for value in values {
             end.see(value, |value, end| value > end);
+            if value < 0.0 {
+                end.leave();
+            }
         }
         end
+    }
+
+    /// Thousands of samples at rest near a crest, one code of noise, before and between sweeps.
+    #[test]
+    fn a_stage_that_rests_at_a_crest_meets_no_rail() {
+        let sweep =
+            |limit: f64| (0..4000_u32).map(move |k| (99.8 * (f64::from(k) * 0.297).sin()).round().min(limit));
+        let rest = (0..3000_u32).map(|k| if k % 3 == 0 { 99.0 } else { 100.0 });
+        assert!(!high_end(rest.clone().chain(sweep(200.0))).is_cut());
+        assert!(!high_end(sweep(200.0).chain(rest.clone()).chain(sweep(200.0))).is_cut());
+        assert!(high_end(rest.map(|code| code.min(90.0)).chain(sweep(90.0))).is_cut());
     }
 
     #[test]

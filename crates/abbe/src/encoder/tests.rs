@@ -27,7 +27,7 @@ fn tried(bytes: &[u8]) -> usize {
         &["--bits", "8"],
         &["--method", "moments", "--factor", "160", "--limit-counts"],
         &["--method", "peaks"],
-        &["--method", "recursive", "--limit-samples", "0.3"],
+        &["--method", "recursive", "--limit-samples", "40"],
         &["--method", "none", "--harmonics"],
         &["--plot", "s.svg", "--force"],
     ];

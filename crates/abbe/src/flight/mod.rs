@@ -5,6 +5,7 @@
 //! | [`recorder`] | a controller that nothing reaches unrecorded; keeps the last minutes, or all |
 //! | [`file`] | a recording as a file, and every reason to refuse one |
 //! | [`replay`] | the same run once more, proven bit for bit |
+//! | [`samples`] | the samples of its analogue encoders |
 //! | [`trace`] | what a replay shows, over time: rows and lines |
 //! | [`plot`] | the picture of it |
 //!
@@ -15,6 +16,7 @@ pub(crate) mod file;
 pub(crate) mod plot;
 pub(crate) mod recorder;
 pub(crate) mod replay;
+pub(crate) mod samples;
 mod snapshot;
 pub(crate) mod trace;
 

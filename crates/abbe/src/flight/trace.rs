@@ -34,7 +34,7 @@ impl Window {
         Ok(Self { from_s: from_s.unwrap_or(self.from_s), to_s: to_s.unwrap_or(self.to_s) })
     }
 
-    fn holds(self, t_s: f64) -> bool {
+    pub(super) fn holds(self, t_s: f64) -> bool {
         (self.from_s..=self.to_s).contains(&t_s)
     }
 }

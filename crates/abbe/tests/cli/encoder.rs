@@ -11,7 +11,7 @@ pub(crate) fn judged(dir: &Path, file: &str, more: &[&str]) -> Value {
     done(dir, &[&["encoder", file, "--period-um", "0.8"], more].concat())
 }
 
-fn figure(document: &Value, pointer: &str) -> f64 {
+pub(crate) fn figure(document: &Value, pointer: &str) -> f64 {
     document.pointer(pointer).and_then(Value::as_f64).unwrap_or_else(|| panic!("{pointer} in {document:#}"))
 }
 
@@ -23,7 +23,7 @@ fn near(document: &Value, figures: &[(&str, f64, f64)]) {
 }
 
 /// The columns of a file of positions, times first where there are any.
-fn columns(dir: &Path, name: &str) -> (String, Vec<Vec<f64>>) {
+pub(crate) fn columns(dir: &Path, name: &str) -> (String, Vec<Vec<f64>>) {
     let text = fs::read_to_string(dir.join(name)).unwrap();
     let mut lines = text.lines();
     let header = lines.next().unwrap().to_owned();

@@ -8,6 +8,9 @@ mod compensations;
 #[cfg(unix)]
 mod ctrl_c;
 mod encoder;
+mod encoder_gaps;
+#[cfg(target_os = "linux")]
+mod encoder_memory;
 mod encoder_refusals;
 mod ended;
 mod folders;

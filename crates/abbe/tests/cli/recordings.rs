@@ -249,3 +249,40 @@ fn a_fault_leaves_its_flight_recording() {
     done(dir.path(), &["replay", "r.abr"]);
     assert!(!dir.path().join("abbe-flight-3.abr").exists());
 }
+
+/// From the twin's grating into a recording, out of it, and judged: what the preset's `[plant]` makes of its signals.
+#[test]
+fn samples_of_an_analogue_encoder_come_out_of_a_recording() {
+    let dir = tempfile::tempdir().unwrap();
+    done(dir.path(), &["record", "run.abr", "--twin", "--preset", "litho-120", "--move", "4", "4"]);
+    for (axis, offsets, gain, degrees) in [("x", [5.0, -3.0], 1.08, 4.0), ("y", [-3.0, 5.0], 0.93, -4.0)] {
+        let samples = ["replay", "run.abr", "--samples", "s.csv", "--axis", axis, "--force"];
+        let replayed = done(dir.path(), &[&samples[..], &["--from", "1", "--to", "2.5"]].concat());
+        assert_eq!(replayed["samples"], "s.csv");
+        let judged = done(dir.path(), &["encoder", "s.csv", "--period-um", "0.8", "--bits", "16"]);
+        assert!(judged["samples"].as_u64().unwrap() > 14_990, "{judged:#}");
+        let signals = &judged["ellipse"];
+        let near = |name: &str, wanted: f64, within: f64| {
+            let found = signals[name].as_f64().unwrap();
+            assert!((found - wanted).abs() < within, "{axis} {name}: {found}, not {wanted}");
+        };
+        // They wander along the travel: 1 % each, rms.
+        near("offset_a_percent", offsets[0], 4.0);
+        near("offset_b_percent", offsets[1], 4.0);
+        near("gain", gain, 0.05);
+        near("phase_deg", degrees, 1.0);
+    }
+}
+
+#[test]
+fn a_recording_without_samples_gives_none() {
+    let dir = tempfile::tempdir().unwrap();
+    recorded(dir.path());
+    refused(
+        dir.path(),
+        &["replay", "run.abr", "--samples", "s.csv", "--axis", "x"],
+        1,
+        &["no samples of axis x", "litho-120"],
+    );
+    refused(dir.path(), &["replay", "run.abr", "--samples", "s.csv"], 2, &["--axis"]);
+}

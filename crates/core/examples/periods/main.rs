@@ -65,7 +65,7 @@ fn print_row(track: &Track, speed: u32, tally: &Tally) {
     println!(
         "| {} | {} | {speed} | {} | {} | {forward}, {backward} | {of_counter} | {} | {} | {:.2} |",
         if track.counted { "yes" } else { "no" },
-        if track.known { "what they are" } else { "a circle" },
+        if track.known { "what they are" } else { "a circle at first" },
         tally.edges,
         tally.ticks,
         tally.periods,

@@ -44,9 +44,9 @@ impl Reading {
 /// What the phase is off by because of the third harmonic; its size and place as a sweep finds them.
 pub(crate) fn harmonics() -> Harmonics {
     let mut found = Harmonics([[0.0; 2]; HARMONICS]);
-    // cos + h cos 3φ, sin + h sin 3φ: off by h sin 2φ.
-    if let Some(second) = found.0.get_mut(1) {
-        second[1] = THIRD / TAU;
+    // cos + h cos 3φ, sin − h sin 3φ: off by −h sin 4φ.
+    if let Some(fourth) = found.0.get_mut(3) {
+        fourth[1] = -THIRD / TAU;
     }
     found
 }
@@ -87,7 +87,7 @@ fn sample(position: f64, random: &mut Random) -> SinCos {
     let Ellipse { p, q, r, alpha, radius } = DRIFTED;
     let angle = TAU * (position - libm::floor(position));
     let cos = libm::cos(angle) + THIRD * libm::cos(3.0 * angle);
-    let sin = libm::sin(angle - alpha) + THIRD * libm::sin(3.0 * angle);
+    let sin = libm::sin(angle - alpha) - THIRD * libm::sin(3.0 * angle);
     let mut code = |exact: f64| libm::round(exact + NOISE * random.normal()) as i16;
     SinCos { cos: code(p + radius * cos), sin: code(q + radius / r * sin) }
 }

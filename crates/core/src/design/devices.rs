@@ -27,7 +27,8 @@ pub struct Analogue {
     pub period_um: f64,
     /// Amplitude of the cosine, part of the converter's full scale; 0.05 … 1.
     pub amplitude: f64,
-    /// Offset of the cosine, parts of the amplitude; −0.25 … 0.25: beyond, the encoder is out of adjustment. `abbe encoder` finds this and the next three.
+    /// Offset of the cosine, parts of the amplitude; −0.25 … 0.25. `abbe encoder` finds this and the next three; beyond their
+    /// ranges an encoder is out of adjustment, and is graded as failed.
     pub offset_cos: f64,
     /// Offset of the sine, parts of the amplitude; −0.25 … 0.25.
     pub offset_sin: f64,

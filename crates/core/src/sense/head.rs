@@ -119,7 +119,7 @@ impl Head {
         let seen = Sample { radius: polar.radius, clipped, beside, counted: config.counted, slipped };
         let fault = self.health.sample(&seen);
         if fault.is_some() {
-            self.begin_anew(count, phase);
+            self.begin_anew(count, (!self.health.is_short(polar.radius)).then_some(phase));
         }
         // Gathering can wait for a tick that has nothing else to do: no tick does all that a tick may do.
         let busy = meets || self.health.ends_block();
@@ -134,8 +134,11 @@ impl Head {
 
     /// After a fault nothing that was known of the period holds; what is read from now on does, once the zero is found.
     #[cold]
-    fn begin_anew(&mut self, count: i64, phase: Phase) {
-        self.join.begin_anew(count, phase);
+    fn begin_anew(&mut self, count: i64, phase: Option<Phase>) {
+        match phase {
+            Some(phase) => self.join.begin_anew(count, phase, self.last),
+            None => self.join.doubt(),
+        }
         self.unwrap = Unwrap::from(self.last);
         self.course = Course::default();
     }
@@ -163,7 +166,8 @@ impl Head {
     fn bridge(&mut self, count: i64, config: &Config) -> Read {
         let missed = self.health.miss();
         self.last = self.bridged(count, config);
-        let slipped = config.counted && self.course.next(self.last);
+        // Before count and phase have met there is no place to go on from.
+        let slipped = config.counted && self.join.has_met() && self.course.next(self.last);
         let fault = if slipped { Some(SignalFault::Slipped) } else { missed };
         let position = if config.factor == 0 { self.last } else { self.stepped(config) };
         Read { position, fault }
@@ -204,7 +208,7 @@ impl Head {
         let (step, factor) = (i32::from(step), i32::from(factor));
         let steps = wide::mul_i32(turns, factor).wrapping_add(i64::from(step));
         let passed = self.count_limit.pass(steps);
-        // Less than half of a sample's way from where it came from.
+        // At most the way of a sample from where it came from.
         let step = step.wrapping_add(passed.wrapping_sub(steps) as i32);
         let before = step.checked_div_euclid(factor).unwrap_or(0);
         self.at(turns.wrapping_add(before), step.wrapping_sub(before.wrapping_mul(factor)) as u16)
@@ -255,12 +259,16 @@ impl Head {
     pub fn take_refined(&mut self, refined: Refined) {
         self.ready = false;
         self.gather.begin();
+        if !self.recursive.has_learned() {
+            self.health.forget();
+        }
         self.recursive = refined.recursive;
         if let Some(changed) = refined.changed {
             self.correction = changed.correction;
             self.nominal = changed.nominal;
             self.health.take_shape(changed.shape);
         }
+        self.gather.has_fitted(self.nominal);
     }
 
     /// All of it at once, for who can wait for a fit.

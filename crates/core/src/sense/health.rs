@@ -141,7 +141,7 @@ pub const WEAKNESS: Bounds = Bounds { warn: 5.0 / 16.0, fail: 8.0 / 16.0 };
 pub const CLIPPED: Bounds = Bounds { warn: 0.0, fail: 1.0 / 64.0 };
 /// Motion that was not expected from one sample to the next, parts of a period, where no counter counts; at a half periods
 /// are lost.
-pub const SURPRISE: Bounds = Bounds { warn: 0.25, fail: 0.375 };
+pub const SURPRISE: Bounds = Bounds { warn: 0.25, fail: 0.3125 };
 
 /// What an ellipse is like, by the figures that have bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -186,6 +186,9 @@ pub struct Report {
     pub warn: Findings,
     /// Beyond use.
     pub fail: Findings,
+    /// All that any block was found to be since the ellipse was first fitted, or since power-on: a finding lasts a block, and
+    /// who asks seldom would miss it.
+    pub ever: Findings,
     /// Mean amplitude of the block, in 1/256 of what it should be.
     pub amplitude: u16,
     /// Mean change of the radius from sample to sample, in 1/4096 of the amplitude.
@@ -215,7 +218,7 @@ pub enum SignalFault {
     Missed,
     /// Count and phase differ by more than 5/16 of a period.
     Disagrees,
-    /// The motion changed by more than three eighths of a period in one sample.
+    /// The motion changed by more than five sixteenths of a period in one sample.
     Fast,
     /// The count jumped by a whole period, or by several.
     Slipped,
@@ -244,16 +247,19 @@ pub const MISSED_IN_A_ROW: u8 = 8;
 const LOST: u32 = 6;
 const DIPS: u32 = 9;
 const FAR: u32 = 28;
+/// A vector shorter than this part of the radius that it should have has no phase.
+pub const SHORT: f64 = LOST as f64 / 16.0;
 /// Samples of a block that must dip: dirt may pass too quickly for the mean of a block to show it.
 const FEWEST_DIPS: u16 = 3;
 /// Count and phase: 3/16 of a period is to be looked at, 5/16 a fault; half a period would be a wrong position.
 pub const DISAGREES_WARN: u32 = 3 << 28;
 /// See [`DISAGREES_WARN`].
 pub const DISAGREES_FAULT: u32 = 5 << 28;
-/// Surprise of a followed phase: 1/4 of a period is to be looked at, 3/8 a fault.
+/// Surprise of a followed phase: 1/4 of a period is to be looked at, 5/16 a fault. One wild sample surprises twice, by s and
+/// by −2s; were 3/8 allowed, both might pass and a period be lost.
 pub const FAST_WARN: u32 = 4 << 28;
 /// See [`FAST_WARN`].
-pub const FAST_FAULT: u32 = 6 << 28;
+pub const FAST_FAULT: u32 = 5 << 28;
 /// Nothing to be looked at up to here, whatever it is.
 const BESIDE_WARN: u32 = if DISAGREES_WARN < FAST_WARN { DISAGREES_WARN } else { FAST_WARN };
 
@@ -302,6 +308,8 @@ pub struct Health {
     /// The last block: what was found, to be looked at and beyond use, and its sums of radii and of their changes.
     graded: [Findings; 2],
     ended: [u32; 2],
+    /// Of all blocks so far.
+    ever: Findings,
 }
 
 impl Health {
@@ -330,6 +338,7 @@ impl Health {
             has_graded: false,
             graded: [Findings::NONE; 2],
             ended: [0; 2],
+            ever: Findings::NONE,
         }
     }
 
@@ -341,12 +350,23 @@ impl Health {
         let [warn, fail] = self.graded;
         let [sum, changes] = self.ended;
         let nominals_in = |sum: u32| sum.checked_div(self.nominal).unwrap_or(0) as u16;
-        Some(Report { warn, fail, amplitude: nominals_in(sum), noise: nominals_in(changes.wrapping_mul(16)) })
+        Some(Report {
+            warn,
+            fail,
+            ever: self.ever,
+            amplitude: nominals_in(sum),
+            noise: nominals_in(changes.wrapping_mul(16)),
+        })
     }
 
     /// Takes note of the [`shape`] of the ellipse in use, between ticks.
     pub fn take_shape(&mut self, shape: [Findings; 2]) {
         self.shape = shape;
+    }
+
+    /// What was found so far was found with an ellipse that nobody had fitted.
+    pub fn forget(&mut self) {
+        self.ever = Findings::NONE;
     }
 
     /// One sample.
@@ -459,6 +479,7 @@ impl Health {
         let warn = self.warn.and(warn).and(shape_warn);
         self.has_graded = true;
         self.graded = [Findings(warn.0 & !fail.0), fail];
+        self.ever = self.ever.and(warn).and(fail);
         self.ended = [self.sum, self.changes];
         self.sum = 0;
         self.changes = 0;
@@ -525,6 +546,26 @@ mod tests {
         );
     }
 
+    /// The tick compares whole numbers; they are the bounds that files are graded by.
+    #[test]
+    fn the_tick_grades_by_the_table_of_bounds() {
+        let of = |bounds: Bounds, grade: &dyn Fn(f64) -> Grade| {
+            let at = [bounds.warn - 0.004, bounds.warn + 0.004, bounds.fail - 0.004, bounds.fail + 0.004];
+            assert_eq!(at.map(grade), [Grade::Good, Grade::Warn, Grade::Warn, Grade::Fail], "{bounds:?}");
+        };
+        let part = |part: f64| (f64::from(NOMINAL) * part) as u32;
+        of(WEAKNESS, &|lacks| grade(|_| Sample { radius: part(1.0 - lacks), ..GOOD }).0);
+        let change = core::f64::consts::FRAC_2_SQRT_PI;
+        of(NOISE, &|noise| {
+            grade(|k| Sample { radius: part(1.0 + change * noise * f64::from(k % 2)), ..GOOD }).0
+        });
+        let clipped = |of_256: u32| grade(|k| Sample { clipped: k % 256 < of_256, ..GOOD }).0;
+        assert_eq!([0, 1, 4, 5].map(clipped), [Grade::Good, Grade::Warn, Grade::Warn, Grade::Fail]);
+        assert_eq!([1, 4, 5].map(|of| CLIPPED.grade(f64::from(of) / 256.0)), [1, 4, 5].map(clipped));
+        assert_eq!(SURPRISE.warn, f64::from(FAST_WARN) / 4_294_967_296.0);
+        assert_eq!(SURPRISE.fail, f64::from(FAST_FAULT) / 4_294_967_296.0);
+    }
+
     #[test]
     fn what_endangers_the_count_is_a_fault_at_once() {
         let from = |bad: Sample| after((0..200).map(|k| if k < 100 { GOOD } else { bad })).1;
@@ -561,5 +602,12 @@ mod tests {
         let both = of(Ellipse { alpha: 0.2, q: 7300.0, ..circle });
         assert_eq!((both.warn, both.fail), (Findings::QUADRATURE, Findings::OFFSET));
         assert_eq!(both.warn.and(both.fail).to_string(), "offset, out of quadrature");
+    }
+
+    #[test]
+    fn what_a_block_was_found_to_be_is_not_forgotten() {
+        let clipped = |k: u32| Sample { clipped: k == 5, ..GOOD };
+        let (report, _) = after((0..1024).map(clipped));
+        assert_eq!((report.grade(), report.ever), (Grade::Good, Findings::CLIPPED));
     }
 }

@@ -43,8 +43,8 @@ pub struct CountLimit {
 }
 
 impl CountLimit {
-    /// The steadied count. It stands up to one count behind a slow motion, and half of the way of a sample behind a
-    /// fast one.
+    /// The steadied count. It stands up to one count behind a slow motion, and the way of a sample behind a fast
+    /// one.
     #[inline]
     pub fn pass(&mut self, count: i64) -> i64 {
         let passed = match self.last {

@@ -172,8 +172,6 @@ pub const BLOCK: u16 = 2048;
 const REACH: i32 = 1 << 12;
 /// Bits that are rounded off a square before it goes into a higher power.
 const SQUARE_BITS: u32 = 9;
-/// Eight samples in each eighth of [`Block::seen`], or more.
-const EIGHT_EACH: u32 = 0x8888_8888;
 /// Sums of 64 bits: x², xy, y², and all of the third and fourth power.
 const LONG: usize = 12;
 
@@ -182,9 +180,8 @@ const LONG: usize = 12;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Block {
     samples: u16,
+    octants: u8,
     shift: u8,
-    /// Samples of each eighth, four bits each; counts to 15.
-    seen: u32,
     centre: [i16; 2],
     short: [i32; 2],
     long: [i64; LONG],
@@ -196,7 +193,7 @@ impl Block {
     /// An empty block of samples that lie within `reach` of `centre`; farther ones are counted at the edge.
     pub fn around(centre: [i16; 2], reach: u16) -> Self {
         let shift = reach.max(1).ilog2().saturating_sub(REACH.ilog2().saturating_sub(1)) as u8;
-        Self { samples: 0, shift, seen: 0, centre, short: [0; 2], long: [0; LONG], begun: None }
+        Self { samples: 0, octants: 0, shift, centre, short: [0; 2], long: [0; LONG], begun: None }
     }
 
     /// One sample, (cosine, sine), whose phase is known. A full block takes no more.
@@ -211,11 +208,15 @@ impl Block {
         if self.samples >= BLOCK {
             return false;
         }
+        self.octants |= 1 << phase.octant();
+        self.begin_shared(cos, sin);
+        true
+    }
+
+    /// The same for who keeps an eye on the eighths by himself, and on the number of samples: at most [`BLOCK`].
+    #[inline]
+    pub(super) fn begin_shared(&mut self, cos: i16, sin: i16) {
         self.samples = self.samples.wrapping_add(1);
-        let place = phase.octant() << 2;
-        if (self.seen >> place) & 15 != 15 {
-            self.seen = self.seen.wrapping_add(1 << place);
-        }
         let [p, q] = self.centre;
         let (x, y) = (self.near(cos, p), self.near(sin, q));
         self.begun = Some([x, y]);
@@ -224,7 +225,11 @@ impl Block {
         *sum_y = sum_y.wrapping_add(y);
         let squares = [x.wrapping_mul(x), x.wrapping_mul(y), y.wrapping_mul(y)];
         self.long.iter_mut().zip(squares).for_each(|(sum, square)| *sum = sum.wrapping_add(square.into()));
-        true
+    }
+
+    /// Takes note that every eighth of the period was seen.
+    pub(super) fn round(self) -> Self {
+        Self { octants: u8::MAX, ..self }
     }
 
     /// Adds the higher powers of the sample that was begun; false when there is none.
@@ -256,15 +261,10 @@ impl Block {
         self.samples
     }
 
-    /// Every eighth of the period was seen, by eight samples at least.
+    /// Every eighth of the period was seen.
     #[inline]
     pub fn is_round(&self) -> bool {
-        self.seen & EIGHT_EACH == EIGHT_EACH
-    }
-
-    /// The eighths that were seen, a bit each.
-    fn octants(&self) -> u8 {
-        (0..8).filter(|place| (self.seen >> (place << 2)) & 15 != 0).fold(0, |seen, place| seen | 1 << place)
+        self.octants == u8::MAX
     }
 
     /// The sums as a fit reads them.
@@ -283,7 +283,7 @@ impl Block {
         }
         Moments {
             samples: u32::from(self.samples),
-            octants: self.octants(),
+            octants: self.octants,
             centre: self.centre.map(|code| f64::from(code) + cut),
             sums,
         }

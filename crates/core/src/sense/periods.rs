@@ -66,6 +66,8 @@ pub struct Join {
     offset: Option<i64>,
     /// The offset was taken in the middle of a quadrant, where no hysteresis can spoil it.
     sure: bool,
+    /// Counts may have been lost since: the next phase makes the offset anew.
+    doubted: bool,
 }
 
 /// A joined position and by how much its two halves disagree.
@@ -123,7 +125,7 @@ impl Join {
         let in_quadrant = (phase.0 & ((1 << 30) - 1)).cast_signed().wrapping_sub(1 << 29);
         self.sure = in_quadrant.wrapping_abs() <= MIDDLE;
         match self.offset {
-            Some(offset) if !self.sure => offset,
+            Some(offset) if !self.sure && !self.doubted => offset,
             _ => self.meet(count, phase),
         }
     }
@@ -131,9 +133,26 @@ impl Join {
     /// Counts were lost or won, and the position with them: begins anew from here, without a jump of more than half a
     /// period. Somebody has to find the zero again.
     #[cold]
-    pub fn begin_anew(&mut self, count: i64, phase: Phase) {
+    pub fn begin_anew(&mut self, count: i64, phase: Phase, last: Periods) {
         self.sure = false;
-        self.meet(count, phase);
+        let before = self.begin(count);
+        let offset = self.meet(count, phase);
+        // Half a period lies as near on both sides of the count, but not of where the head was.
+        let way = self.begin(count).way_from(before);
+        if way == 2 * QUARTER && last < before {
+            self.offset = Some(offset.wrapping_sub(4));
+        }
+    }
+
+    /// There is no phase: count and phase must meet again where no hysteresis spoils it.
+    pub fn doubt(&mut self) {
+        self.sure = false;
+        self.doubted = true;
+    }
+
+    /// Count and phase have met.
+    pub fn has_met(&self) -> bool {
+        self.offset.is_some()
     }
 
     /// Takes the offset by which the count's quadrant is that of the phase: the one nearest to that before, so that no
@@ -145,6 +164,7 @@ impl Join {
         let way = if way > 2 { way.wrapping_sub(4) } else { way };
         let offset = near.wrapping_add(way);
         self.offset = Some(offset);
+        self.doubted = false;
         offset
     }
 }
@@ -152,14 +172,41 @@ impl Join {
 /// Follows the phase from sample to sample without a counter, expecting each sample where the last two point.
 ///
 /// What must stay below half a period is the change of the way from one sample to the next: |a| < P/2 · fs², 40 m/s² for
-/// 0.8 µm at 10 kHz, at any speed. Without the expectation the way itself must, which ends at 4 mm/s.
+/// 0.8 µm at 10 kHz, at any speed that it has reached from a known one. Without the expectation the way itself must, which
+/// ends at 4 mm/s. After a fault no speed is known: until the phase has stood still it is followed without an expectation,
+/// so that a stage at rest is never taken for one that goes a period a sample.
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Unwrap {
     last: Option<Periods>,
+    /// The last sample that came in time.
+    seen: Phase,
     /// Way of a sample.
     speed: i64,
+    odd: Odd,
 }
+
+/// What the next sample must be looked at for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+enum Odd {
+    /// Nothing.
+    #[default]
+    No,
+    /// So many in a row were the one before.
+    Late(u8),
+    /// So many more must stand still before a speed is believed.
+    Unsettled(u8),
+}
+
+/// A sample that is the one before while the stage goes this far in a sample, 1/8 of a period, came late: a stage does not
+/// stop so soon.
+const LATE_FROM: u64 = (PERIOD / 8).cast_unsigned();
+/// More late samples in a row are a stage that has stopped.
+const LATE: u8 = 3;
+/// The phase stands for so many samples, within 1/32 of a period from one to the next.
+const STILL: u8 = 8;
+const STANDS: u64 = (PERIOD / 32).cast_unsigned();
 
 /// A followed position and how far it lies from where it was expected.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -171,20 +218,68 @@ pub struct Followed {
 }
 
 impl Unwrap {
-    /// Goes on from a place where the head stands.
+    /// Goes on from a place, after a fault: at what speed is not known.
     pub const fn from(place: Periods) -> Self {
-        Self { last: Some(place), speed: 0 }
+        Self { last: Some(place), seen: place.phase(), speed: 0, odd: Odd::Unsettled(STILL) }
     }
 
     /// The position of the next sample.
     #[inline]
     pub fn next(&mut self, phase: Phase) -> Followed {
         let last = self.last.unwrap_or(Periods(i64::from(phase.0)));
+        if self.odd != Odd::No || phase.0 == self.seen.0 {
+            return self.look(last, phase);
+        }
+        self.follow(last, phase)
+    }
+
+    #[inline]
+    fn follow(&mut self, last: Periods, phase: Phase) -> Followed {
         let expected = Periods(last.0.wrapping_add(self.speed));
         let position = expected.nearest(phase);
         self.speed = position.way_from(last);
         self.last = Some(position);
+        self.seen = phase;
         Followed { position, surprise: position.way_from(expected) as i32 }
+    }
+
+    #[cold]
+    fn look(&mut self, last: Periods, phase: Phase) -> Followed {
+        let late = match self.odd {
+            Odd::Unsettled(left) => return self.settle(last, phase, left),
+            Odd::Late(late) => late,
+            Odd::No => 0,
+        };
+        let repeated = phase.0 == self.seen.0 && self.speed.unsigned_abs() > LATE_FROM;
+        self.odd = Odd::No;
+        if !repeated {
+            return self.follow(last, phase);
+        }
+        if late < LATE {
+            self.odd = Odd::Late(late.wrapping_add(1));
+            let position = Periods(last.0.wrapping_add(self.speed));
+            self.last = Some(position);
+            return Followed { position, surprise: 0 };
+        }
+        // It has stopped, where it was seen before it came late.
+        let way = self.speed.wrapping_mul(i64::from(LATE));
+        let position = Periods(last.0.wrapping_sub(way)).nearest(phase);
+        let surprise = self.speed.wrapping_neg() as i32;
+        *self = Self { last: Some(position), speed: 0, ..*self };
+        Followed { position, surprise }
+    }
+
+    /// The speed is not known: each sample is as near to the one before as it can be.
+    fn settle(&mut self, last: Periods, phase: Phase, left: u8) -> Followed {
+        let position = last.nearest(phase);
+        let stands = position.way_from(last).unsigned_abs() < STANDS;
+        self.odd = match (stands, left) {
+            (true, 0..=1) => Odd::No,
+            (true, left) => Odd::Unsettled(left.wrapping_sub(1)),
+            (false, _) => Odd::Unsettled(STILL),
+        };
+        *self = Self { last: Some(position), seen: phase, ..*self };
+        Followed { position, surprise: 0 }
     }
 
     /// Whether it goes slower than a part of a period in a tick, 2⁻³².
@@ -251,7 +346,7 @@ mod tests {
         fn no_speed_is_too_fast_to_follow_only_an_acceleration(
             speed in -40.0..40.0_f64, accelerations in proptest::collection::vec(-0.45..0.45_f64, 1..300),
         ) {
-            let mut unwrap = Unwrap { last: Some(Periods(0)), speed: (speed * PERIOD as f64) as i64 };
+            let mut unwrap = Unwrap { last: Some(Periods(0)), speed: (speed * PERIOD as f64) as i64, ..Unwrap::default() };
             let (mut truth, mut speed) = (0.0, speed);
             for change in accelerations {
                 speed += change;

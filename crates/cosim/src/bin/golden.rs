@@ -158,7 +158,11 @@ fn report(scenarios: &[Scenario], bodies: &[Body], replayed: &[Replayed]) -> Val
     let names = scenarios.iter().cycle();
     let counted = names.zip(replayed).filter(|(_, replayed)| !replayed.cycles.is_empty());
     let runs: Vec<Run<'_>> = counted
-        .map(|(scenario, replayed)| Run { scenario: &scenario.name, ticks: &replayed.cycles })
+        .map(|(scenario, replayed)| Run {
+            preset: scenario.preset(),
+            scenario: &scenario.name,
+            ticks: &replayed.cycles,
+        })
         .collect();
     json!({ "replays": rows, "cycles": budget::costs(&runs) })
 }

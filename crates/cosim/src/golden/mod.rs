@@ -2,7 +2,8 @@
 //!
 //! A trace is fixed: it lies in `tests/golden`, one folder a scenario, and only [`record`] writes it anew. What replays
 //! it, a *body*, is this machine ([`here`]), an emulated RP2040 ([`rp2040`], which counts cycles, too) or a Cortex-M3
-//! or M33 in QEMU ([`qemu`]). The stage and its gains are the default ones, built anew by each body.
+//! or M33 in QEMU ([`qemu`]). The stage is the default one, unless the
+//! trace begins with another; each body builds it anew.
 
 pub mod budget;
 pub mod here;
@@ -27,6 +28,34 @@ pub struct Scenario {
     /// Its name.
     pub name: String,
     folder: PathBuf,
+    stage: StageFile,
+}
+
+/// What `stage.toml` says.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StageFile {
+    /// Name of the preset: its controller and its plant.
+    #[serde(default = "usual_preset")]
+    preset: String,
+    /// Where the slides stand at power-on, mm.
+    at_mm: [f64; 2],
+    #[serde(default = "first_seed")]
+    seed: u64,
+    /// For each axis the polynomial of its error map in the reading, µm over mm, constant first; none means no map.
+    #[serde(default)]
+    map: [Vec<f64>; 2],
+    /// What differs from the preset's, if anything.
+    #[serde(default)]
+    plant: toml::Table,
+}
+
+const fn first_seed() -> u64 {
+    1
+}
+
+fn usual_preset() -> String {
+    "microscope-100".into()
 }
 
 /// What a replay must end in.
@@ -73,13 +102,27 @@ impl Scenario {
         for entry in fs::read_dir(&folder).with_context(|| format!("cannot read {}", folder.display()))? {
             let folder = entry?.path();
             if folder.join("script.txt").exists() {
-                let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
-                scenarios.push(Self { name, folder });
+                scenarios.push(Self::of_folder(folder)?);
             }
         }
         ensure!(!scenarios.is_empty(), "{} holds no scenario", folder.display());
         scenarios.sort_by(|one, other| one.name.cmp(&other.name));
         Ok(scenarios)
+    }
+
+    fn of_folder(folder: PathBuf) -> Result<Self> {
+        let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let file = folder.join("stage.toml");
+        let stage: StageFile =
+            toml::from_str(&text_of(&file)?).with_context(|| file.display().to_string())?;
+        let known = budget::BUDGETS.iter().any(|budget| budget.preset == stage.preset);
+        ensure!(known, "{}: there is no budget for a stage {}", file.display(), stage.preset);
+        Ok(Self { name, folder, stage })
+    }
+
+    /// Preset of its stage.
+    pub fn preset(&self) -> &str {
+        &self.stage.preset
     }
 
     /// The recorded run.
@@ -102,10 +145,13 @@ impl Scenario {
         Expected::parse(&text).with_context(|| format!("{}; {RECORD_IT}", file.display()))
     }
 
-    fn text(&self, name: &str) -> Result<String> {
-        let file = self.folder.join(name);
-        fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))
+    fn script(&self) -> Result<String> {
+        text_of(&self.folder.join("script.txt"))
     }
+}
+
+fn text_of(file: &Path) -> Result<String> {
+    fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))
 }
 
 const RECORD_IT: &str = "`cargo xtask golden --record` writes it";

@@ -6,36 +6,15 @@ use std::path::Path;
 use abbe_core::compensate::ErrorMap;
 use abbe_core::design::StageSettings;
 use abbe_core::{Accepted, Command, Controller, Outputs, Pos, Refusal, Status, background};
-use abbe_proto::record::{Encoder, Event, Sink};
+use abbe_proto::record::{Encoder, Event, LONGEST_BLOCK, Sink, stage};
 use abbe_twin::script::{self, Player, Stage};
-use abbe_twin::{Plant, Twin};
+use abbe_twin::{Plant, Twin, preset};
 use anyhow::{Context, Result, anyhow};
-use serde::Deserialize;
 
-use super::{Expected, Scenario};
+use super::{Expected, Scenario, StageFile, text_of};
 
 /// Reading of a map's first node: before the lowest place an axis can be.
 const MAP_FROM_MM: f64 = -5.0;
-
-/// What `stage.toml` says. The controller is always the default one: the images know no other.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct StageFile {
-    /// Where the slides stand at power-on, mm.
-    at_mm: [f64; 2],
-    #[serde(default = "first_seed")]
-    seed: u64,
-    /// For each axis the polynomial of its error map in the reading, µm over mm, constant first; none means no map.
-    #[serde(default)]
-    map: [Vec<f64>; 2],
-    /// What differs from the preset, if anything.
-    #[serde(default)]
-    plant: toml::Table,
-}
-
-const fn first_seed() -> u64 {
-    1
-}
 
 /// Plays the script of a scenario and writes its trace and what it must end in.
 ///
@@ -49,9 +28,8 @@ pub fn record(root: &Path, scenario: &Scenario) -> Result<Expected> {
 }
 
 fn play(root: &Path, scenario: &Scenario) -> Result<(Vec<u8>, Expected)> {
-    let lines =
-        script::parse(&scenario.text("script.txt")?).map_err(|error| anyhow!("script.txt, {error}"))?;
-    let mut stage = Recorded::new(root, &scenario.text("stage.toml")?)?;
+    let lines = script::parse(&scenario.script()?).map_err(|error| anyhow!("script.txt, {error}"))?;
+    let mut stage = Recorded::new(root, &scenario.stage)?;
     let mut player = Player::new(&mut stage);
     for line in &lines {
         player.step(&line.step).map_err(|error| anyhow!("script.txt, line {}: {error}", line.number))?;
@@ -65,6 +43,16 @@ fn play(root: &Path, scenario: &Scenario) -> Result<(Vec<u8>, Expected)> {
 /// The blocks of a recording.
 #[derive(Debug, Default)]
 struct Blocks(Vec<u8>);
+
+impl Blocks {
+    /// Of this stage; the default one needs no block of its own.
+    fn of(settings: &StageSettings<2>) -> Result<Self> {
+        if *settings == StageSettings::default() {
+            return Ok(Self::default());
+        }
+        Ok(Self(stage::block(settings, &mut [0; LONGEST_BLOCK])?.to_vec()))
+    }
+}
 
 impl Sink for Blocks {
     type Error = std::convert::Infallible;
@@ -86,15 +74,16 @@ struct Recorded {
 }
 
 impl Recorded {
-    fn new(root: &Path, stage: &str) -> Result<Self> {
-        let stage: StageFile = toml::from_str(stage).context("stage.toml")?;
-        let settings = StageSettings::<2>::default();
+    fn new(root: &Path, stage: &StageFile) -> Result<Self> {
+        let text = preset_text(root, &stage.preset)?;
+        let settings = preset::settings(&text).with_context(|| format!("preset {}", stage.preset))?;
+        let plant = Plant::read_with(&stage.preset, &text, &stage.plant).context("stage.toml")?;
         let mut recorded = Self {
             controller: Controller::new(settings.build().map_err(|error| anyhow!("{error}"))?),
-            twin: Twin::standing_at(&plant(root, &stage.plant)?, settings.tick_hz, stage.seed, stage.at_mm),
+            twin: Twin::standing_at(&plant, settings.tick_hz, stage.seed, stage.at_mm),
             outputs: Outputs::OFF,
             tick_hz: settings.tick_hz,
-            encoder: Encoder::new(Blocks::default()),
+            encoder: Encoder::new(Blocks::of(&settings)?),
             ticks: 0,
         };
         let Ok(()) = recorded.tick();
@@ -119,11 +108,8 @@ impl Recorded {
     }
 }
 
-/// The preset's stage, with what the scenario has of its own.
-fn plant(root: &Path, own: &toml::Table) -> Result<Plant> {
-    let file = root.join("presets").join("microscope-100.toml");
-    let text = fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
-    Plant::read_with("microscope-100", &text, own).context("stage.toml")
+fn preset_text(root: &Path, name: &str) -> Result<String> {
+    text_of(&root.join("presets").join(format!("{name}.toml")))
 }
 
 impl Stage for Recorded {

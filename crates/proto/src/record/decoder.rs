@@ -54,6 +54,22 @@ impl<'a, const N: usize> Decoder<'a, N> {
     }
 }
 
+/// What the first block of `bytes` holds, once it is known to be whole and unaltered.
+pub(super) fn payload_of(bytes: &[u8]) -> Result<&[u8], RecordFault> {
+    let (head, rest) = bytes.split_first_chunk::<HEAD>().ok_or(RecordFault::Truncated)?;
+    let [low, high, crc @ ..] = *head;
+    let length = u16::from_le_bytes([low, high]);
+    if length == 0 || usize::from(length) > LONGEST_BLOCK - HEAD {
+        return Err(RecordFault::Length(length));
+    }
+    let payload = rest.get(..usize::from(length)).ok_or(RecordFault::Truncated)?;
+    let (written, found) = (u32::from_le_bytes(crc), checksum([low, high], payload));
+    if written != found {
+        return Err(RecordFault::Checksum { written, found });
+    }
+    Ok(payload)
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Cursor<'a, const N: usize> {
     bytes: &'a [u8],
@@ -88,17 +104,7 @@ impl<const N: usize> Cursor<'_, N> {
 
     fn open_block(&mut self) -> Result<(), RecordFault> {
         let bytes = self.bytes.get(self.next_block..).unwrap_or_default();
-        let (head, rest) = bytes.split_first_chunk::<HEAD>().ok_or(RecordFault::Truncated)?;
-        let [low, high, crc @ ..] = *head;
-        let length = u16::from_le_bytes([low, high]);
-        if length == 0 || usize::from(length) > LONGEST_BLOCK - HEAD {
-            return Err(RecordFault::Length(length));
-        }
-        let payload = rest.get(..usize::from(length)).ok_or(RecordFault::Truncated)?;
-        let (written, found) = (u32::from_le_bytes(crc), checksum([low, high], payload));
-        if written != found {
-            return Err(RecordFault::Checksum { written, found });
-        }
+        let payload = payload_of(bytes)?;
         self.block.left = payload;
         let kind = self.block.byte()?;
         if kind >> 4 != FORMAT {
@@ -108,7 +114,7 @@ impl<const N: usize> Cursor<'_, N> {
             return Err(RecordFault::Axes { recorded: kind & 0x0f, here: N as u8 });
         }
         self.expected = Expected::new();
-        self.next_block = self.next_block.saturating_add(HEAD).saturating_add(usize::from(length));
+        self.next_block = self.next_block.saturating_add(HEAD).saturating_add(payload.len());
         Ok(())
     }
 

@@ -244,15 +244,20 @@ impl<const N: usize, S: Sink> Encoder<N, S> {
 
     fn end_block(&mut self) -> Result<(), S::Error> {
         self.write_run();
-        let length = (self.used.saturating_sub(HEAD) as u16).to_le_bytes();
-        let payload = self.block.get(HEAD..self.used).unwrap_or_default();
-        let checksum = checksum(length, payload).to_le_bytes();
-        for (place, byte) in self.block.iter_mut().zip(length.into_iter().chain(checksum)) {
-            *place = byte;
-        }
+        write_head(&mut self.block, self.used);
         let taken = self.sink.block(self.block.get(..self.used).unwrap_or_default());
         self.begin_block();
         taken
+    }
+}
+
+/// Length and checksum of a block of which `used` bytes are written.
+pub(super) fn write_head(block: &mut [u8; LONGEST_BLOCK], used: usize) {
+    let length = (used.saturating_sub(HEAD) as u16).to_le_bytes();
+    let payload = block.get(HEAD..used).unwrap_or_default();
+    let checksum = checksum(length, payload).to_le_bytes();
+    for (place, byte) in block.iter_mut().zip(length.into_iter().chain(checksum)) {
+        *place = byte;
     }
 }
 

@@ -41,6 +41,8 @@ pub enum RecordFault {
     Cut,
     /// A number does not fit where it stands.
     Number,
+    /// A stage with more or fewer settings, or other kinds of devices.
+    Stage,
     /// A map that no controller accepts.
     Map(MapError),
 }
@@ -68,6 +70,7 @@ impl fmt::Display for RecordFault {
             Self::Entry(byte) => write!(f, "no entry begins with {byte:#04x}"),
             Self::Cut => f.write_str("an entry goes on beyond the end of its block"),
             Self::Number => f.write_str("a number does not fit where it stands"),
+            Self::Stage => f.write_str("its stage has other settings than this program knows"),
             Self::Map(error) => write!(f, "an error map is not accepted: {error}"),
         }
     }

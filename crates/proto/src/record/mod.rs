@@ -26,6 +26,8 @@
 //! A tick holds its differences from what the last one lets expect (see `Expected` in the source) as zig-zag varints.
 //! A block begins as if the last tick had been [`abbe_core::Inputs::at_rest`]: its first tick is written whole, and it
 //! can be read without the blocks before it.
+//!
+//! A recording may begin with a block that says of which stage it is ([`stage`], a feature).
 
 mod bytes;
 mod decoder;
@@ -34,6 +36,8 @@ mod entry;
 mod error;
 mod hash;
 mod replay;
+#[cfg(feature = "stage")]
+pub mod stage;
 #[cfg(test)]
 mod tests;
 
