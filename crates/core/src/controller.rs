@@ -344,10 +344,21 @@ impl<const N: usize> Controller<N> {
             State::Ready if !was_on => self.hold_reading(),
             State::Off => {
                 self.fault = None;
+                self.doubt_heads();
             }
             _ => {}
         }
         true
+    }
+
+    /// A head that cost its axis the zero may have been false until now, when somebody says that it no longer is.
+    #[cold]
+    fn doubt_heads(&mut self) {
+        for (axis, head) in self.axes.iter().zip(&mut self.heads) {
+            if let (false, Some(head)) = (axis.homed, head) {
+                head.doubt();
+            }
+        }
     }
 
     fn request(&mut self, event: Event) -> Result<(), Refusal> {

@@ -504,6 +504,34 @@ fn signals_that_freeze_in_motion_are_told() {
     }
 }
 
+/// While a channel sticks, count and phase may meet where they never belong together.
+#[test]
+fn what_a_stuck_channel_taught_is_forgotten_with_the_fault() {
+    let mut met_wrong = 0;
+    for seed in 0..60 {
+        let [kept, forgotten] = [false, true].map(|doubts| {
+            let mut run = Run::new(seed, CONFIG, 0.0);
+            (0..3000).for_each(|_| assert_eq!(run.step(run.at + 30.0, true).1, None));
+            let stuck = run.grating.sample(run.at).sin;
+            // It coasts to rest.
+            for tick in 0..1000 + 7 * seed {
+                let to = run.at + 100.0 / (1.0 + tick as f64 / 100.0);
+                run.grating.go(run.at, to);
+                run.at = to;
+                let sample = SinCos { sin: stuck, ..run.grating.sample(to) };
+                run.read(Some(sample));
+            }
+            if doubts {
+                run.head.doubt();
+            }
+            (0..2000).filter(|_| run.step(run.at + 3.0, true).1.is_some()).count()
+        });
+        met_wrong += u32::from(kept > 0);
+        assert_eq!(forgotten, 0, "seed {seed}");
+    }
+    assert!(met_wrong > 0, "nothing was shown");
+}
+
 #[test]
 fn while_there_is_no_signal_the_position_stays() {
     let mut run = Run::new(71, CONFIG, 0.0);

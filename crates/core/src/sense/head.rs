@@ -143,6 +143,16 @@ impl Head {
         self.course = Course::default();
     }
 
+    /// What count and phase were to each other, and the speed, may have come from signals that were false: both are found
+    /// anew with the next sample. Only while nobody relies on the zero: the position may move by half a period.
+    #[cold]
+    pub fn doubt(&mut self) {
+        self.begin_anew(0, None);
+        if !self.ready {
+            self.gather.begin();
+        }
+    }
+
     /// Where the head is, what of it is not as it should be, and whether it slipped.
     #[inline]
     fn place(&mut self, count: i64, phase: Phase, config: &Config) -> (Periods, i32, bool) {

@@ -51,7 +51,7 @@ pub enum Step {
 pub enum Expectation {
     /// The state of the machine.
     State(State),
-    /// The fault, in the words of the scripts.
+    /// The fault, in the words of the scripts: one, or one of several with ` or ` between them.
     Fault(String),
     /// No fault.
     NoFault,

@@ -208,7 +208,9 @@ impl<S: Stage> Player<S> {
             }
             Expectation::Fault(words) => {
                 let found = status.fault.as_ref().map_or("none".into(), name_of);
-                holds(found == *words, || format!("the fault is `{found}`, not `{words}`"))
+                holds(words.split(" or ").any(|one| one == found), || {
+                    format!("the fault is `{found}`, not `{words}`")
+                })
             }
             Expectation::NoFault => match status.fault {
                 Some(fault) => Err(format!("there is a fault: {fault}")),
