@@ -127,6 +127,6 @@ mod tests {
     #[test]
     fn a_default_axis_has_as_many_bytes_as_ever() {
         let [one, two] = [written(&StageSettings::<1>::default()), written(&StageSettings::<2>::default())];
-        assert_eq!(two.len() - one.len(), 25 * 8 + 1 + 2);
+        assert_eq!(two.len() - one.len(), 25 * 8 + 1 + 1 + 2 + 2);
     }
 }
