@@ -124,6 +124,8 @@ macro_rules! axis_file {
         #[serde(deny_unknown_fields)]
         struct AxisFile {
             $($key: f64,)*
+            decode: u8,
+            filter_ns: u32,
             illegal_transitions: u16,
             encoder: Option<EncoderFile>,
             motor: Option<MotorFile>,
@@ -133,6 +135,8 @@ macro_rules! axis_file {
             fn settings(&self) -> AxisSettings {
                 AxisSettings {
                     $($key: self.$key,)*
+                    decode: self.decode,
+                    filter_ns: self.filter_ns,
                     illegal_transitions: self.illegal_transitions,
                     encoder: self.encoder.as_ref().map_or(Encoder::Digital, EncoderFile::settings),
                     motor: self.motor.as_ref().map_or(Motor::Stepper, MotorFile::settings),

@@ -72,7 +72,7 @@ const LONGEST_S: f64 = 300.0;
 impl Rig {
     /// Powers a stage on. Nothing moves.
     pub(crate) fn new(preset: &Preset, seed: u64, keep: Keep) -> Self {
-        let twin = Twin::new(&preset.plant, preset.controller.settings.tick_hz, seed);
+        let twin = Twin::new(&preset.plant, &preset.controller.config, seed);
         Self::with(preset, twin, keep)
     }
 
@@ -297,7 +297,7 @@ pub(crate) mod tests {
     /// A stage that stands near its switches, so that it homes soon.
     pub(crate) fn rig(seed: u64) -> Rig {
         let preset = preset();
-        let twin = Twin::standing_at(&preset.plant, preset.controller.settings.tick_hz, seed, [1.0, 0.5]);
+        let twin = Twin::standing_at(&preset.plant, &preset.controller.config, seed, [1.0, 0.5]);
         Rig::with(&preset, twin, Keep::LastMinutes)
     }
 

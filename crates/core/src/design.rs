@@ -2,10 +2,11 @@
 //! the tick. Units enter here and nowhere else.
 
 mod devices;
+mod front;
 
 pub use devices::{Analogue, Encoder, Motor};
 
-use crate::front::emitter;
+use crate::front::{self as front_end, emitter};
 use crate::plan::Limits;
 use crate::plan::ramp::RampLimits;
 use crate::servo::SPEED_BITS;
@@ -17,8 +18,13 @@ use core::fmt;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AxisSettings {
-    /// Travel of one encoder count after 4× decoding, µm; 0.001 … 100.
+    /// Travel of one encoder count, after [`decode`](Self::decode), µm; 0.001 … 100.
     pub count_um: f64,
+    /// Counts in a signal period of the encoder: 1, 2 or 4.
+    pub decode: u8,
+    /// A pulse on an encoder line that is shorter than this is no edge, ns; 0 … 2032, and at most half the time between
+    /// two edges at the largest speed that the law may ask for. 0: no filter.
+    pub filter_ns: u32,
     /// Travel of one step pulse, µm; 0.001 … 100.
     pub step_um: f64,
     /// Lowest target, mm, stage frame; −1000 … 1000.
@@ -103,6 +109,8 @@ pub struct DesignError {
     pub value: f64,
     /// What would be accepted.
     pub accepted: &'static str,
+    /// The largest value that would be accepted, where that depends on other settings.
+    pub at_most: Option<u32>,
 }
 
 impl fmt::Display for DesignError {
@@ -111,7 +119,8 @@ impl fmt::Display for DesignError {
             write!(f, "axis {}: ", crate::command::axis_name(axis))?;
         }
         // The value is a float, which cannot be written here without a panic path; whoever can, adds it.
-        write!(f, "{} is not accepted: it must be {}", self.key, self.accepted)
+        write!(f, "{} is not accepted: it must be {}", self.key, self.accepted)?;
+        self.at_most.map_or(Ok(()), |most| write!(f, ", here at most {most}"))
     }
 }
 
@@ -121,6 +130,8 @@ impl core::error::Error for DesignError {}
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AxisConfig {
+    /// For whoever sets up the front end: a board or the twin, at power-on. The tick does not look at it.
+    pub front: front_end::Setup,
     /// For [`crate::sense`].
     pub sense: sense::Config,
     /// For [`crate::guard`].
@@ -167,51 +178,64 @@ pub const GLIDE_BITS: u32 = 16;
 
 const POSITIVE: &str = "a positive number";
 
-impl Default for AxisSettings {
+impl AxisSettings {
     /// An axis of paper A's size: 0.1 µm counts, 312.5 nm steps, 100 mm, 20 mm/s.
+    pub const DEFAULT: Self = Self {
+        count_um: 0.1,
+        decode: 4,
+        filter_ns: 300,
+        step_um: 0.3125,
+        travel_low_mm: 0.0,
+        travel_high_mm: 100.0,
+        travel_margin_mm: 0.9,
+        speed_mm_s: 20.0,
+        acceleration_mm_s2: 500.0,
+        jerk_mm_s3: 20_000.0,
+        kp_per_s: 60.0,
+        ki_per_s2: 800.0,
+        kd: 0.0,
+        feed_forward: 1.0,
+        dead_band_um: 0.2,
+        in_position_um: 0.5,
+        following_error_um: 150.0,
+        encoder_lost_um: 40.0,
+        stall_um: 80.0,
+        illegal_transitions: 8,
+        home_fast_mm_s: 10.0,
+        home_slow_mm_s: 0.5,
+        home_search_mm: 115.0,
+        home_back_off_mm: 0.5,
+        home_index_search_mm: 5.0,
+        home_index_mm: 0.0,
+        switch_press_ms: 0.3,
+        switch_release_ms: 5.0,
+        encoder: Encoder::Digital,
+        motor: Motor::Stepper,
+    };
+}
+
+impl Default for AxisSettings {
+    /// [`AxisSettings::DEFAULT`].
     fn default() -> Self {
-        Self {
-            count_um: 0.1,
-            step_um: 0.3125,
-            travel_low_mm: 0.0,
-            travel_high_mm: 100.0,
-            travel_margin_mm: 0.9,
-            speed_mm_s: 20.0,
-            acceleration_mm_s2: 500.0,
-            jerk_mm_s3: 20_000.0,
-            kp_per_s: 60.0,
-            ki_per_s2: 800.0,
-            kd: 0.0,
-            feed_forward: 1.0,
-            dead_band_um: 0.2,
-            in_position_um: 0.5,
-            following_error_um: 150.0,
-            encoder_lost_um: 40.0,
-            stall_um: 80.0,
-            illegal_transitions: 8,
-            home_fast_mm_s: 10.0,
-            home_slow_mm_s: 0.5,
-            home_search_mm: 115.0,
-            home_back_off_mm: 0.5,
-            home_index_search_mm: 5.0,
-            home_index_mm: 0.0,
-            switch_press_ms: 0.3,
-            switch_release_ms: 5.0,
-            encoder: Encoder::Digital,
-            motor: Motor::Stepper,
-        }
+        Self::DEFAULT
     }
 }
 
+impl<const N: usize> StageSettings<N> {
+    /// Axes of paper A's size, 10 kHz.
+    pub const DEFAULT: Self = Self {
+        tick_hz: 10_000.0,
+        dwell_ms: 20.0,
+        settle_timeout_ms: 2000.0,
+        host_timeout_ms: 0.0,
+        axes: [AxisSettings::DEFAULT; N],
+    };
+}
+
 impl<const N: usize> Default for StageSettings<N> {
+    /// [`StageSettings::DEFAULT`].
     fn default() -> Self {
-        Self {
-            tick_hz: 10_000.0,
-            dwell_ms: 20.0,
-            settle_timeout_ms: 2000.0,
-            host_timeout_ms: 0.0,
-            axes: [AxisSettings::default(); N],
-        }
+        Self::DEFAULT
     }
 }
 
@@ -235,6 +259,7 @@ impl<const N: usize> StageSettings<N> {
         for (number, axis) in self.axes.iter().enumerate() {
             axis.check(number)?;
             axis.check_devices(number)?;
+            axis.check_front(number)?;
             axis.check_pulses(number, self.tick_hz)?;
             axis.check_gains(number, self.tick_hz)?;
             axis.check_ticks(number, self.tick_hz)?;
@@ -256,7 +281,7 @@ fn check(
     fine: bool,
     accepted: &'static str,
 ) -> Result<(), DesignError> {
-    if fine { Ok(()) } else { Err(DesignError { axis, key, value, accepted }) }
+    if fine { Ok(()) } else { Err(DesignError { axis, key, value, accepted, at_most: None }) }
 }
 
 impl AxisSettings {
@@ -377,6 +402,7 @@ impl AxisSettings {
         let (low, high) = (Pos::from_mm(self.travel_low_mm), Pos::from_mm(self.travel_high_mm));
         let limits = self.limits(tick_hz);
         AxisConfig {
+            front: self.front(),
             sense: self.sense(tick_hz),
             guard: self.guard(),
             homing: self.homing(tick_hz),

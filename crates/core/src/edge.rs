@@ -98,7 +98,7 @@ pub struct SinCos {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AxisInputs {
-    /// The hardware counter after 4× decoding, counts of `count_um`, as it stands now; it wraps.
+    /// The hardware counter after decoding, counts of `count_um`, as it stands now; it wraps.
     ///
     /// It may begin anywhere: the first reading is where power-on is. Between two ticks it may move less than 2³¹ counts.
     /// It counts up in the positive direction (A rises while B is low).

@@ -1,6 +1,6 @@
 //! The same stage without a board: the controller and the twin in this process, in step with the board.
 
-use abbe_core::design::StageSettings;
+use crate::board::design::STAGE;
 use abbe_core::edge::{Actuation, StepRate};
 use abbe_core::front::StepEmitter;
 use abbe_core::{Command, Controller, Outputs, Status, background};
@@ -25,9 +25,9 @@ impl Alone {
     /// Powers a stage on that is to run in step with a [`crate::wired::Wired`] one made from the same twin.
     ///
     /// # Errors
-    /// The default stage does not build.
+    /// The board's stage does not build.
     pub fn power_on(mut twin: Twin) -> Result<Self> {
-        let config = StageSettings::<2>::default().build()?;
+        let config = STAGE.build()?;
         // The wired twin has made a step before the board's first tick.
         twin.step(&Outputs::OFF);
         Ok(Self {

@@ -10,7 +10,7 @@ use abbe_core::machine::{STATES, State};
 use abbe_core::{Command, Outputs, Pos, Status};
 use abbe_cosim::alone::Alone;
 use abbe_cosim::board::Telemetry;
-use abbe_cosim::board::design::NOT_ENABLE;
+use abbe_cosim::board::design::{NOT_ENABLE, STAGE};
 use abbe_cosim::image::Image;
 use abbe_cosim::wired::{Pulses, Wired};
 use abbe_twin::{Event, Plant, Twin};
@@ -45,7 +45,7 @@ fn plant() -> Plant {
 
 /// A little above the reference marks.
 fn near_the_marks(plant: &Plant, seed: u64) -> Twin {
-    Twin::standing_at(plant, 10_000.0, seed, [0.05, 0.08])
+    Twin::standing_at(plant, &STAGE.build().unwrap(), seed, [0.05, 0.08])
 }
 
 /// Where the pins leave it open, the later of both.

@@ -25,8 +25,9 @@ impl Bench {
     fn new(name: &str, preset: &str) -> Self {
         let plant = Plant::read(name, preset).expect("the built-in preset is valid");
         let settings = preset::settings(preset).expect("the built-in preset is valid");
-        let controller = Controller::new(settings.build().expect("its settings are valid"));
-        let twin = Twin::new(&plant, settings.tick_hz, 1);
+        let config = settings.build().expect("its settings are valid");
+        let controller = Controller::new(config);
+        let twin = Twin::new(&plant, &config, 1);
         let mut bench = Self { twin, controller, outputs: Outputs::OFF, tick_hz: settings.tick_hz };
         bench.tick();
         bench.controller.command(Command::Home).expect("a stage that is off can home");

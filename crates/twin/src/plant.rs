@@ -98,7 +98,7 @@ pub struct FrictionPlant {
 pub struct ScalePlant {
     /// Grating period, µm.
     pub grating_um: f64,
-    /// One count after 4× decoding, µm.
+    /// From one edge of the two lines to the next, µm: one count after 4× decoding, whatever the controller decodes.
     pub count_um: f64,
     /// actual − reading at the zero, µm.
     pub error_offset_um: f64,
@@ -123,8 +123,6 @@ pub struct ScalePlant {
     pub index_mm: f64,
     /// Range in which the reference mark repeats, counts.
     pub index_jitter_counts: f64,
-    /// Filter of the front end, clocks (1000 in a tick).
-    pub filter_clocks: u8,
     /// Probability of a disturbance on the line, per tick.
     pub glitch_probability: f64,
 }
@@ -345,7 +343,6 @@ impl AxisPlant {
             Range(".scale", "expansion_um_m_k", scale.expansion_um_m_k, -100.0, 100.0),
             Range(".scale", "index_mm", scale.index_mm, -1000.0, 1000.0),
             Range(".scale", "index_jitter_counts", scale.index_jitter_counts, 0.0, 1000.0),
-            Range(".scale", "filter_clocks", f64::from(scale.filter_clocks), 1.0, 255.0),
             Range(".scale", "glitch_probability", scale.glitch_probability, 0.0, 1.0),
             Range(".switches", "low_mm", self.switches.low_mm, -1000.0, 1000.0),
             Range(".switches", "high_mm", self.switches.high_mm, self.switches.low_mm, 1000.0),

@@ -11,7 +11,7 @@ use crate::trig::{floor, sin_turns};
 use crate::wander::Wander;
 use abbe_core::edge::SinCos;
 use abbe_core::front::quadrature::levels;
-use abbe_core::front::{QuadratureCounter, Reading};
+use abbe_core::front::{QuadratureCounter, Reading, Setup};
 
 /// Farther from the reference mark than this, its next place is drawn.
 const INDEX_FAR_COUNTS: i64 = 1000;
@@ -48,8 +48,9 @@ struct FrontEnd {
 }
 
 impl FrontEnd {
-    fn new(filter_clocks: u8, lines: Lines) -> Self {
-        Self { counter: QuadratureCounter::new(filter_clocks, lines.a, lines.b), edges: None }
+    fn new(setup: Setup, clock_hz: u32, lines: Lines) -> Self {
+        let filter = setup.filter_at(clock_hz);
+        Self { counter: QuadratureCounter::decoding(setup.decode, filter, lines.a, lines.b), edges: None }
     }
 
     #[inline]
@@ -92,8 +93,9 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// The scale of an axis whose head stands at `place_um`. Power-on: the counter starts at zero there.
-    pub fn new(axis: &AxisPlant, place_um: f64, seed: u64, name: &str) -> Self {
+    /// The scale of an axis whose head stands at `place_um`, and a front end of `clock_hz` clocks a second that the
+    /// controller's builder has set up. Power-on: the counter starts at zero there.
+    pub fn new(axis: &AxisPlant, setup: Setup, clock_hz: u32, place_um: f64, seed: u64, name: &str) -> Self {
         let settings = &axis.scale;
         let mut noise = Noise::new(seed, &format!("scale {name}"));
         let (rms, length) = (settings.graduation_rms_um, settings.graduation_length_mm);
@@ -105,7 +107,7 @@ impl Scale {
             graduation,
             cyclic_phase,
             noise,
-            front_end: FrontEnd::new(settings.filter_clocks, Lines::default()),
+            front_end: FrontEnd::new(setup, clock_hz, Lines::default()),
             head: None,
             count: 0,
             reading_um: place_um,
@@ -125,7 +127,7 @@ impl Scale {
         scale.seen_um = scale.reading_um;
         scale.count = (scale.reading_um / scale.settings.count_um).floor() as i64;
         scale.head = Head::new(axis, scale.reading_um, seed, name);
-        scale.front_end = FrontEnd::new(scale.settings.filter_clocks, scale.lines());
+        scale.front_end = FrontEnd::new(setup, clock_hz, scale.lines());
         scale.draw_index();
         scale
     }

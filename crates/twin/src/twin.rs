@@ -12,12 +12,14 @@ use crate::scale::{Lines, Scale};
 use crate::switches::Switch;
 use crate::table::Table;
 use crate::vibration::Vibration;
+use abbe_core::design::Config;
 use abbe_core::edge::{Actuation, AxisInputs, AxisOutputs, Inputs, Outputs, StepRate};
 use abbe_core::front::{StepEmitter, emitter};
 
 /// Steps of the mechanics in a tick.
 const SUBSTEPS: u64 = 2;
-/// Clocks of the twin's own decoder in a tick.
+/// Clocks of the twin's own decoder in a tick: 100 ns each at 10 kHz, where a board's are 8 ns. The filter of the
+/// controller's builder is rounded up to them, see [`abbe_core::front::Setup::filter_at`].
 const CLOCKS: u64 = 1000;
 /// Ticks between two steps of heat.
 const HEAT_TICKS: u32 = 100;
@@ -54,23 +56,18 @@ struct Axis {
 }
 
 impl Axis {
-    fn new(
-        plant: &Plant,
-        axis: &AxisPlant,
-        emitter: StepEmitter,
-        place_mm: f64,
-        seed: u64,
-        name: &str,
-    ) -> Self {
+    fn new(plant: &Plant, number: usize, config: &Config<2>, place_mm: f64, seed: u64) -> Self {
+        let (axis, name): (&AxisPlant, _) = [(&plant.x, "x"), (&plant.y, "y")][number];
+        let (setup, clock_hz) = (config.axes[number].front, (CLOCKS as f64 * config.tick_hz) as u32);
         let place_um = place_mm * 1e3;
         let switches = &axis.switches;
         Self {
             mechanics: Mechanics::new(axis, &plant.load, place_mm, seed, name),
             vibration: Vibration::new(axis.scale.vibration_nm, seed, name),
-            scale: Scale::new(axis, place_um, seed, name),
+            scale: Scale::new(axis, setup, clock_hz, place_um, seed, name),
             low: Switch::new(switches, switches.low_mm, -1.0, seed, &format!("{name} low")),
             high: Switch::new(switches, switches.high_mm, 1.0, seed, &format!("{name} high")),
-            emitter,
+            emitter: StepEmitter::new(emitter::clocks_per_tick(config.tick_hz)),
             pulses: 0,
             table: Table::new(plant, place_um, seed, name),
             drive_fault: false,
@@ -169,26 +166,25 @@ pub struct Twin {
 
 impl Twin {
     /// A stage that has stood switched off for a day, its slides wherever somebody left them.
-    pub fn new(plant: &Plant, tick_hz: f64, seed: u64) -> Self {
+    ///
+    /// Of the controller's `config` it takes what a board is set up with at power-on, and nothing else: the length of a
+    /// tick, and decoding and filter of each axis' front end.
+    pub fn new(plant: &Plant, config: &Config<2>, seed: u64) -> Self {
         let mut noise = Noise::new(seed, "loop");
         let left_at = [noise.uniform(10.0, 90.0), noise.uniform(10.0, 90.0)];
-        Self::standing_at(plant, tick_hz, seed, left_at)
+        Self::standing_at(plant, config, seed, left_at)
     }
 
     /// The same with the slides at a given place, mm.
-    pub fn standing_at(plant: &Plant, tick_hz: f64, seed: u64, place_mm: [f64; 2]) -> Self {
+    pub fn standing_at(plant: &Plant, config: &Config<2>, seed: u64, place_mm: [f64; 2]) -> Self {
         let heat = Heat::new(&plant.heat, seed);
-        let emitter = StepEmitter::new(emitter::clocks_per_tick(tick_hz));
-        let axes = [
-            Axis::new(plant, &plant.x, emitter, place_mm[0], seed, "x"),
-            Axis::new(plant, &plant.y, emitter, place_mm[1], seed, "y"),
-        ];
+        let axes = [0, 1].map(|number| Axis::new(plant, number, config, place_mm[number], seed));
         let thermometers =
             ["scale", "structure"].map(|name| Thermometer::new(&plant.thermometers, seed, name));
         let mut twin = Self {
             plant: plant.clone(),
             seed,
-            tick_s: 1.0 / tick_hz,
+            tick_s: 1.0 / config.tick_hz,
             tick: 0,
             time_s: 0.0,
             axes,

@@ -2,15 +2,19 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+use abbe_core::design::Config;
 use abbe_core::edge::{Actuation, AxisInputs, AxisOutputs, SinCos};
 use abbe_core::{Inputs, Outputs};
 use abbe_twin::analogue::{Channel, HeadEvent};
-use abbe_twin::{Event, Plant, Twin};
+use abbe_twin::{Event, Plant, Twin, preset};
 use rayon::prelude::*;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 const PRESET: &str = include_str!("../../../presets/litho-120.toml");
-const TICK_HZ: f64 = 1e4;
+
+fn config() -> Config<2> {
+    preset::settings(PRESET).unwrap().build().unwrap()
+}
 
 fn plant() -> Plant {
     Plant::read("litho-120", PRESET).unwrap()
@@ -122,7 +126,7 @@ fn the_floor_moves_what_stands() {
     let still = |vibration_nm: f64| {
         let mut plant = plant();
         plant.x.scale.vibration_nm = vibration_nm;
-        let mut twin = Twin::standing_at(&plant, TICK_HZ, 6, [40.0, 60.0]);
+        let mut twin = Twin::standing_at(&plant, &config(), 6, [40.0, 60.0]);
         let (mut slides, mut tables) = (Vec::new(), Vec::new());
         run(&mut twin, &Outputs::OFF, 20_000, |twin, _| {
             slides.push(twin.truth().slides_um[0]);
@@ -139,7 +143,7 @@ fn the_floor_moves_what_stands() {
 
 #[test]
 fn the_supply_moves_the_stage_at_more_than_5_mm_s_and_an_open_bridge_stops_it() {
-    let mut twin = Twin::standing_at(&plant(), TICK_HZ, 3, [40.0, 60.0]);
+    let mut twin = Twin::standing_at(&plant(), &config(), 3, [40.0, 60.0]);
     run(&mut twin, &duty(0.5), 5000, |_, _| {});
     let speed = twin.truth().speed_mm_s;
     assert!(speed.iter().all(|v| (5.0..12.0).contains(v)), "{speed:?}");
@@ -174,7 +178,7 @@ fn fringes(axis: &AxisInputs, from: f64) -> f64 {
 
 #[test]
 fn counts_and_codes_tell_the_same_way_and_it_is_the_true_one() {
-    let mut twin = Twin::standing_at(&plant(), TICK_HZ, 4, [40.0, 60.0]);
+    let mut twin = Twin::standing_at(&plant(), &config(), 4, [40.0, 60.0]);
     // The glass takes its temperature in the first tick.
     run(&mut twin, &Outputs::OFF, 10, |_, _| {});
     let start = twin.truth().slides_um;
@@ -208,7 +212,7 @@ fn counts_and_codes_tell_the_same_way_and_it_is_the_true_one() {
 
 #[test]
 fn what_happens_to_a_head_is_seen_by_the_controller() {
-    let mut twin = Twin::standing_at(&plant(), TICK_HZ, 5, [40.0, 60.0]);
+    let mut twin = Twin::standing_at(&plant(), &config(), 5, [40.0, 60.0]);
     let happen = |twin: &mut Twin, event| twin.happen(Event::Head { axis: 0, event }).unwrap();
     let none = |twin: &mut Twin| {
         let mut none = [0u32; 2];
@@ -252,7 +256,7 @@ fn the_same_seed_repeats_and_another_does_not() {
 /// Everything that can be seen of the axes on a way up, back and over the reference mark, pulled and plugged at its
 /// end.
 fn seen(plant: &Plant, seed: u64) -> u64 {
-    let mut twin = Twin::standing_at(plant, TICK_HZ, seed, [-0.6, -0.4]);
+    let mut twin = Twin::standing_at(plant, &config(), seed, [-0.6, -0.4]);
     let mut hash = DefaultHasher::new();
     let mut watch = |twin: &Twin, inputs: &Inputs<2>| {
         for axis in inputs.axes {

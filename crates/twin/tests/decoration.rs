@@ -4,7 +4,7 @@
 
 mod common;
 
-use abbe_core::{Command, Controller, Outputs, Pos, background, design::StageSettings};
+use abbe_core::{Command, Controller, Outputs, Pos, background};
 use abbe_twin::camera::Camera;
 use abbe_twin::instruments::Interferometer;
 use abbe_twin::specimen::Specimen;
@@ -34,9 +34,9 @@ struct Seen {
 
 impl Seen {
     fn new(plant: &Plant, at_mm: f64) -> Self {
-        let settings = StageSettings::<2>::default();
-        let controller = Controller::new(settings.build().unwrap());
-        let twin = Twin::standing_at(plant, settings.tick_hz, 21, [at_mm; 2]);
+        let config = common::config();
+        let controller = Controller::new(config);
+        let twin = Twin::standing_at(plant, &config, 21, [at_mm; 2]);
         Self { twin, controller, outputs: Outputs::OFF, hash: DefaultHasher::new() }
     }
 
@@ -133,8 +133,6 @@ fn changed(key: &str, value: &toml::Value) -> toml::Value {
             toml::Value::Float(v * 10.0)
         }
         toml::Value::Float(v) => toml::Value::Float(if *v == 0.0 { 0.01 } else { v * 0.8 }),
-        // A filter shorter than the distance of the edges rightly changes nothing.
-        toml::Value::Integer(v) if key == "filter_clocks" => toml::Value::Integer(v * 20),
         toml::Value::Integer(v) => toml::Value::Integer(if *v == 1 { -1 } else { v - 1 }),
         toml::Value::Boolean(v) => toml::Value::Boolean(!v),
         other => other.clone(),

@@ -25,8 +25,9 @@ impl Stage {
     /// The same with another preset.
     fn homed_with(preset: &str, seed: u64) -> Self {
         let plant = Plant::read("litho-120", preset).unwrap();
-        let twin = Twin::standing_at(&plant, 1e4, seed, [1.0, 1.5]);
-        let controller = Controller::new(preset::settings(preset).unwrap().build().unwrap());
+        let config = preset::settings(preset).unwrap().build().unwrap();
+        let twin = Twin::standing_at(&plant, &config, seed, [1.0, 1.5]);
+        let controller = Controller::new(config);
         let mut stage = Self { twin, controller, outputs: Outputs::OFF };
         stage.tick();
         stage.work(Command::Home);

@@ -13,7 +13,7 @@ use abbe_twin::{Event, Plant, Twin};
 const TICK_HZ: f64 = 10_000.0;
 /// Clocks of 125 MHz in a tick.
 const TICK: u32 = 12_500;
-/// The filter of the preset's front end, 4 of 1000 clocks a tick, in clocks of 125 MHz.
+/// The filter of the preset's front end as the twin holds it, 4 of its 1000 clocks a tick, in clocks of 125 MHz.
 const FILTER: u8 = 50;
 const TICKS: u32 = 30_000;
 
@@ -85,7 +85,7 @@ impl Board {
 
 /// Runs both for as long as a test; `happen` may do something to both before a tick.
 fn compare(plant: &Plant, happen: impl Fn(u32, &mut Twin)) -> Board {
-    let mut stepped = Twin::standing_at(plant, TICK_HZ, 5, [10.0, 3.0]);
+    let mut stepped = Twin::standing_at(plant, &common::config(), 5, [10.0, 3.0]);
     let mut board = Board::new(stepped.clone());
     let mut pulses = [0; 2];
     // `step` acts a tick late, and shows a tick late.

@@ -37,9 +37,10 @@ impl Scenario {
         let mut settings = preset::settings(preset).unwrap();
         settings.host_timeout_ms = number("host_timeout_ms", settings.host_timeout_ms);
         let at = [number("x_mm", 40.0), number("y_mm", 60.0)];
+        let config = settings.build().unwrap();
         Self {
-            controller: Controller::new(settings.build().unwrap()),
-            twin: Twin::standing_at(&plant, settings.tick_hz, number("seed", 1.0) as u64, at),
+            controller: Controller::new(config),
+            twin: Twin::standing_at(&plant, &config, number("seed", 1.0) as u64, at),
             outputs: Outputs::OFF,
             tick_hz: settings.tick_hz,
         }

@@ -173,7 +173,7 @@ fn each_set_up_of_the_interferometer_errs_a_little_differently() {
 
 #[test]
 fn what_is_put_out_and_what_is_seen_are_each_a_tick_late() {
-    let mut twin = Twin::standing_at(&plant(), 1e4, 8, [50.0, 50.0]);
+    let mut twin = Twin::standing_at(&plant(), &common::config(), 8, [50.0, 50.0]);
     let five = AxisOutputs { actuation: Actuation::Steps(StepRate(5 << 16)), piezo: 0, enable: true };
     let outputs = Outputs { axes: [five; 2], ..Outputs::OFF };
     let seen: Vec<i32> = (0..6).map(|_| twin.step(&outputs).axes[0].pulses).collect();

@@ -17,7 +17,7 @@ use abbe_core::compensate::{ErrorMap, MapError};
 use abbe_core::design::StageSettings;
 use abbe_core::edge::StepRate;
 use abbe_core::front::quadrature::{FilterError, filter_for, levels};
-use abbe_core::front::{Decode, DecoderWords, QuadratureCounter, Runs, StepEmitter, emitter};
+use abbe_core::front::{Decode, DecoderWords, QuadratureCounter, Runs, Setup, StepEmitter, emitter};
 use abbe_core::machine::{Event, State, transition};
 use abbe_core::plan::LinePlan;
 use abbe_core::publish::{End, Fault, HomingFailure};
@@ -160,6 +160,9 @@ fn front() {
     black_box(decoder.read(black_box(3)));
     black_box(QuadratureCounter::decoding(black_box(Decode::X1), black_box(3), black_box(false), true));
     black_box(filter_for(black_box(100)).is_ok());
+    if let Some(decode) = Decode::of_counts(black_box(2)) {
+        black_box(black_box(Setup { decode, filter: 3 }).filter_at(black_box(10_000_000)));
+    }
     let clocks = black_box(emitter::clocks_per_tick(black_box(10_000.0)));
     let mut emitter = black_box(StepEmitter::new(clocks));
     black_box(emitter.clocks_per_tick());

@@ -1,4 +1,27 @@
-//! Every pin and every number of time on this board, with its reason. The wiring: `docs/wiring.md`.
+//! Every pin and every number of time on this board, with its reason, and the stage. The wiring: `docs/wiring.md`.
+
+use abbe_core::design::{AxisSettings, StageSettings};
+
+/// The stage: that of the preset `microscope-100`, which a test of the program holds to be the default one, but for what
+/// this board's front end cannot do.
+pub const STAGE: StageSettings<2> = StageSettings {
+    axes: [AxisSettings { filter_ns: 0, ..AxisSettings::DEFAULT }; 2],
+    ..StageSettings::DEFAULT
+};
+const _: () = can_be_set_up(&STAGE);
+
+/// What another front end could be set to is refused here, when the image is built.
+const fn can_be_set_up(stage: &StageSettings<2>) {
+    let [x, y] = &stage.axes;
+    assert!(
+        x.decode == 4 && y.decode == 4,
+        "decode must be 4 on both axes of this board: pio/decoder.pio counts every edge"
+    );
+    assert!(
+        x.filter_ns == 0 && y.filter_ns == 0,
+        "filter_ns must be 0 on both axes of this board: pio/decoder.pio has no filter, the RC at its inputs is one"
+    );
+}
 
 // The processor's clock is what embassy sets up from the 12 MHz crystal, and the front end's clock.
 pub use abbe_core::front::CLOCK_HZ;

@@ -8,7 +8,7 @@
 //! | between | queues one way and the other, a snapshot behind a seqlock | `shared.rs` |
 //! | for a debugger | the last tick in words | `telemetry.rs` |
 //!
-//! Every pin and every number of time stands in `design.rs`. A resistor holds the drives off until `main`'s first line
+//! The stage, every pin and every number of time stand in `design.rs`. A resistor holds the drives off until `main`'s first line
 //! does (`safety.rs`), and they go off by themselves when the tick stalls: no pulses without fresh words, no torque after
 //! 3.2 milliseconds, a new start after 200.
 #![no_std]
@@ -27,7 +27,6 @@ mod tick;
 mod watch;
 
 use abbe_core::Controller;
-use abbe_core::design::StageSettings;
 use embassy_executor::{Executor, task};
 use embassy_rp::multicore::{Stack, spawn_core1};
 use embassy_rp::watchdog::Watchdog;
@@ -49,8 +48,8 @@ fn main() -> ! {
     serial::set_up();
     let front = front::Front::set_up();
 
-    // The settings are the preset's, checked by a test of the program; a stage that does not build stays off.
-    let Ok(config) = StageSettings::<2>::default().build() else { safety::last_resort() };
+    // A stage that does not build stays off.
+    let Ok(config) = design::STAGE.build() else { safety::last_resort() };
     let (commands_in, commands) = shared::commands();
     let (answers, answers_out) = shared::answers();
     let (wanted, wanted_out) = shared::wanted();

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 
 const MAGIC: &[u8; 8] = b"abbe-rec";
 /// Version of the file; it changes whenever a file of one could not be read as the other.
-const VERSION: u16 = 1;
+const VERSION: u16 = 2;
 /// Bytes before the body.
 const HEAD: usize = 22;
 /// How hard to deflate: more takes longer and gains little.

@@ -52,7 +52,7 @@ mod tests {
     #[test]
     fn a_controller_goes_on_from_its_bytes_as_if_nothing_had_been() {
         let config = preset().controller.config;
-        let twin = Twin::standing_at(&preset().plant, config.tick_hz, 3, [2.0, 1.0]);
+        let twin = Twin::standing_at(&preset().plant, &config, 3, [2.0, 1.0]);
         let mut pair = Pair { controller: Controller::new(config), twin, outputs: Outputs::OFF };
         let map = ErrorMap::sample(Pos::from_mm(-5.0), |p| Pos::from_pm(p.pm() / 400)).unwrap();
         // Powered on, homing, mapped and moving, settling, braking, with a plan still wanted, in a fault.

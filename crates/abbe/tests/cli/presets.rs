@@ -29,6 +29,10 @@ fn a_damaged_preset_names_file_line_and_key() {
         ("noise_um = 0.005", "noise_um = inf", &["`noise_um`", "[plant.x.scale]"]),
         ("exposure_s = 0.005", "exposure_s = 1e9", &["exposure_s", "1000000000"]),
         ("pixel_um = 0.5", "pixel_um = 0.0", &["pixel_um", "0"]),
+        ("decode = 4", "decode = 3", &["decode", "1, 2 or 4, not 3"]),
+        ("decode = 4", "decode = 4.5", &["`decode`", "expected a whole number from 0 to 255"]),
+        ("filter_ns = 300", "filter_ns = 2033", &["filter_ns", "0 … 2032 ns, not 2033"]),
+        ("filter_ns = 300", "filter_ns = -1", &["`filter_ns`", "-1", "expected a whole number from 0 up"]),
         ("[controller.x]", "[controller.x", &[]),
     ];
     for (from, to, names) in cases {
@@ -41,11 +45,32 @@ fn a_damaged_preset_names_file_line_and_key() {
 }
 
 #[test]
+fn a_front_end_that_does_not_fit_the_rest_of_the_stage_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let litho = include_str!("../../../../presets/litho-120.toml");
+    let finer = PRESET.replacen("count_um = 0.1 ", "count_um = 0.05", 1);
+    let cases = [
+        // Two edges are 2083 ns apart at 24 mm/s.
+        (&*finer, "filter_ns = 300", "filter_ns = 1900", &["filter_ns", "here at most 1032, not 1900"][..]),
+        (litho, "decode = 4", "decode = 2", &["decode", "4: an encoder with a sine and a cosine", "not 2"]),
+    ];
+    for (preset, from, to, names) in cases {
+        let text = preset.replacen(from, to, 1);
+        fs::write(dir.path().join("mine.toml"), &text).unwrap();
+        let place = format!("mine.toml, line {}: axis x: ", line_of(&text, to));
+        let names = [&[place.as_str()], names].concat();
+        refused(dir.path(), &["home", "--twin", "--preset", "mine.toml"], 1, &names);
+    }
+}
+
+#[test]
 fn a_missing_key_or_half_is_named() {
     let dir = tempfile::tempdir().unwrap();
     let (controller, plant) = PRESET.split_once("# ---- The truth").unwrap();
     for (text, key) in [
         (PRESET.replacen("speed_mm_s = 20.0", "", 1), "`speed_mm_s`"),
+        (PRESET.replacen("decode = 4", "", 1), "`decode`"),
+        (PRESET.replacen("filter_ns = 300", "", 1), "`filter_ns`"),
         (PRESET.replacen("backlash_um = 3.0", "", 1), "`backlash_um`"),
         (controller.to_owned(), "`plant`"),
         (format!("#{plant}"), "`controller`"),

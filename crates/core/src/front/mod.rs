@@ -5,6 +5,7 @@
 
 pub mod emitter;
 pub mod quadrature;
+pub mod setup;
 
 // What the board's hardware is told and tells.
 pub mod decoder_words;
@@ -17,3 +18,4 @@ pub use decoder_words::DecoderWords;
 pub use emitter::{StepEmitter, Train};
 pub use pulse_words::Runs;
 pub use quadrature::{Decode, QuadratureCounter, Reading, filter_for};
+pub use setup::Setup;

@@ -36,6 +36,7 @@ use core::fmt;
 ///
 /// The chip decides by its states, too; but where an illegal transition makes it count, abbe only reports it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Decode {
     /// One count a period, where A changes while B is low: ⌊(p + 3) / 4⌋. Paper B's pulses, without its faults.
     X1,
@@ -47,6 +48,16 @@ pub enum Decode {
 }
 
 impl Decode {
+    /// The mode that counts so often a period, if there is one: 1, 2 or 4.
+    pub const fn of_counts(a_period: u8) -> Option<Self> {
+        match a_period {
+            1 => Some(Self::X1),
+            2 => Some(Self::X2),
+            4 => Some(Self::X4),
+            _ => None,
+        }
+    }
+
     /// Motion by (previous state, state), state = 2·B + A: A rising while B is low counts up, as in paper B.
     const fn steps(self) -> [i8; 16] {
         const X: i8 = ILLEGAL;

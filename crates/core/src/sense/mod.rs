@@ -27,7 +27,7 @@ use crate::wide;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Config {
-    /// One count after 4× decoding, picometres.
+    /// One count after decoding, picometres.
     pub count_pm: i32,
     /// Ticks that a switch must be pressed before it is believed.
     pub switch_press_ticks: u16,

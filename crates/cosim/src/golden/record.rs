@@ -78,9 +78,10 @@ impl Recorded {
         let text = preset_text(root, &stage.preset)?;
         let settings = preset::settings(&text).with_context(|| format!("preset {}", stage.preset))?;
         let plant = Plant::read_with(&stage.preset, &text, &stage.plant).context("stage.toml")?;
+        let config = settings.build().map_err(|error| anyhow!("{error}"))?;
         let mut recorded = Self {
-            controller: Controller::new(settings.build().map_err(|error| anyhow!("{error}"))?),
-            twin: Twin::standing_at(&plant, settings.tick_hz, stage.seed, stage.at_mm),
+            controller: Controller::new(config),
+            twin: Twin::standing_at(&plant, &config, stage.seed, stage.at_mm),
             outputs: Outputs::OFF,
             tick_hz: settings.tick_hz,
             encoder: Encoder::new(Blocks::of(&settings)?),

@@ -71,6 +71,8 @@ mod tests {
         let mut settings = StageSettings::default();
         settings.axes[0].encoder =
             Encoder::Analogue(Analogue { offset_cos: 0.1 + 0.2, factor: 160, ..Analogue::default() });
+        (settings.axes[0].decode, settings.axes[0].filter_ns) = (1, 0);
+        (settings.axes[1].decode, settings.axes[1].filter_ns) = (2, 2000);
         settings.axes[1].motor = Motor::Dc { full_speed_mm_s: -0.0 };
         settings
     }
@@ -127,6 +129,6 @@ mod tests {
     #[test]
     fn a_default_axis_has_as_many_bytes_as_ever() {
         let [one, two] = [written(&StageSettings::<1>::default()), written(&StageSettings::<2>::default())];
-        assert_eq!(two.len() - one.len(), 25 * 8 + 1 + 2);
+        assert_eq!(two.len() - one.len(), 25 * 8 + 1 + 1 + 2 + 2);
     }
 }

@@ -1,18 +1,20 @@
 //! A head over a grating, in motion, and what happens to it.
 
 use super::cases::{Danger, Range, What};
+use abbe_core::front::Setup;
 use abbe_core::sense::ellipse::Ellipse;
 use abbe_core::sense::harmonics::Harmonics;
 use abbe_core::sense::head::{Config, Head};
 use abbe_core::sense::health::{Findings, SignalFault};
-use abbe_twin::Plant;
 use abbe_twin::analogue::{Channel, Dirt, HeadEvent};
 use abbe_twin::noise::Noise;
 use abbe_twin::scale::Scale;
+use abbe_twin::{Plant, preset};
 
 /// Ticks in a second, and clocks of the twin's front end in a tick.
 pub(crate) const TICK_HZ: f64 = 1e4;
 const CLOCKS: u64 = 1000;
+const CLOCK_HZ: u32 = 10_000_000;
 /// Ticks in which the head learns its ellipse, before anything happens.
 pub(crate) const LEARNS: u32 = 6000;
 /// Change of the speed in a tick, mm/s: 100 mm/s².
@@ -20,6 +22,21 @@ const CHANGE: f64 = 0.01;
 /// Paper B's grating.
 const PERIOD_UM: f64 = 0.8;
 const FULL_SCALE: f64 = 32_768.0;
+
+/// The stage: its truth, and how its builder has set up the front ends.
+pub(crate) struct Stage {
+    plant: Plant,
+    fronts: [Setup; 2],
+}
+
+impl Stage {
+    pub(crate) fn read(preset: &str) -> Self {
+        let plant = Plant::read("litho-120", preset).expect("the preset can be read");
+        let settings = preset::settings(preset).expect("the preset can be read");
+        let config = settings.build().expect("its settings are valid");
+        Self { plant, fronts: config.axes.map(|axis| axis.front) }
+    }
+}
 
 /// A speed that swings, or goes to a goal and stays there; mm/s.
 struct Motion {
@@ -101,9 +118,10 @@ pub(crate) struct Bench {
 }
 
 impl Bench {
-    pub(crate) fn new(plant: &Plant, seed: u32, counted: bool) -> Self {
+    pub(crate) fn new(stage: &Stage, seed: u32, counted: bool) -> Self {
+        let Stage { plant, fronts: [x, y] } = stage;
         let mut noise = Noise::new(seed.into(), "encoder faults");
-        let (axis, name) = if noise.chance(0.5) { (&plant.x, "x") } else { (&plant.y, "y") };
+        let (axis, setup, name) = if noise.chance(0.5) { (&plant.x, x, "x") } else { (&plant.y, y, "y") };
         let head = axis.head.as_ref().expect("the preset has analogue heads");
         let config = Config {
             period_pm: 800_000,
@@ -119,7 +137,7 @@ impl Bench {
         };
         let place_um = noise.uniform(20e3, 100e3);
         Self {
-            scale: Scale::new(axis, place_um, seed.into(), name),
+            scale: Scale::new(axis, *setup, CLOCK_HZ, place_um, seed.into(), name),
             head: Head::new(&config),
             config,
             motion: Motion::new(&mut noise),

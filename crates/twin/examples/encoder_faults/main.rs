@@ -9,8 +9,7 @@ mod bench;
 mod cases;
 
 use abbe_core::sense::health::{Findings, SignalFault};
-use abbe_twin::Plant;
-use bench::{Bench, LEARNS, Seen, TICK_HZ};
+use bench::{Bench, LEARNS, Seen, Stage, TICK_HZ};
 use cases::{CASES, Case, NOT_TOLD_BY_THE_HEAD, Told};
 use std::process::ExitCode;
 
@@ -48,8 +47,8 @@ enum Wrong {
 
 /// One seed: from the danger on so many ticks until it was told, and how far off the position was until then at most and
 /// when it was told, µm.
-fn run(case: &Case, plant: &Plant, seed: u32) -> Result<(i64, [f64; 2]), Wrong> {
-    let mut bench = Bench::new(plant, seed, case.counted);
+fn run(case: &Case, stage: &Stage, seed: u32) -> Result<(i64, [f64; 2]), Wrong> {
+    let mut bench = Bench::new(stage, seed, case.counted);
     let begins = bench.moment();
     for tick in 0..begins {
         let seen = bench.tick(tick);
@@ -84,13 +83,13 @@ fn is_told(told: &Told, seen: &Seen) -> bool {
 
 /// All seeds of each case, one case after the other.
 pub(crate) fn table(seeds: u32) -> impl Iterator<Item = (&'static Case, Tally)> {
-    let plant = Plant::read("litho-120", PRESET).expect("the preset can be read");
-    CASES.iter().map(move |case| (case, tally(case, &plant, seeds)))
+    let stage = Stage::read(PRESET);
+    CASES.iter().map(move |case| (case, tally(case, &stage, seeds)))
 }
 
-fn tally(case: &Case, plant: &Plant, seeds: u32) -> Tally {
+fn tally(case: &Case, stage: &Stage, seeds: u32) -> Tally {
     let run_all =
-        |from: u32| (from..seeds).step_by(2).map(|seed| (seed, run(case, plant, seed))).collect::<Vec<_>>();
+        |from: u32| (from..seeds).step_by(2).map(|seed| (seed, run(case, stage, seed))).collect::<Vec<_>>();
     let all: Vec<_> = std::thread::scope(|scope| {
         let halves = [0, 1].map(|from| scope.spawn(move || run_all(from)));
         halves.into_iter().flat_map(|half| half.join().expect("a thread ends")).collect()

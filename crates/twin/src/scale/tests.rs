@@ -5,13 +5,26 @@ use crate::analogue::HeadEvent;
 
 const PRESET: &str = include_str!("../../../../presets/microscope-100.toml");
 
+/// The clock of the twin's front end at 10 kHz.
+const CLOCK_HZ: u32 = 10_000_000;
+
 fn plant() -> AxisPlant {
     crate::Plant::read("microscope-100", PRESET).unwrap().y
 }
 
+fn paper_b() -> AxisPlant {
+    crate::Plant::read("litho-120", LITHO).unwrap().x
+}
+
+/// A scale whose front end is set up as its preset says.
+fn scale(preset: &str, axis: &AxisPlant, place_um: f64, seed: u64, name: &str) -> Scale {
+    let config = crate::preset::settings(preset).unwrap().build().unwrap();
+    Scale::new(axis, config.axes[0].front, CLOCK_HZ, place_um, seed, name)
+}
+
 #[test]
 fn not_a_count_is_lost_over_forward_and_back_with_disturbances() {
-    let mut scale = Scale::new(&plant(), 5000.0, 1, "x");
+    let mut scale = scale(PRESET, &plant(), 5000.0, 1, "x");
     let start = scale.count;
     for step in 0..40_000i32 {
         let phase = f64::from(step) / 40_000.0;
@@ -29,7 +42,7 @@ fn not_a_count_is_lost_over_forward_and_back_with_disturbances() {
 
 #[test]
 fn reading_and_error_make_the_place() {
-    let mut scale = Scale::new(&plant(), 90_000.0, 2, "y");
+    let mut scale = scale(PRESET, &plant(), 90_000.0, 2, "y");
     for _ in 0..5 {
         scale.move_to(90_000.0, 500);
     }
@@ -41,7 +54,7 @@ fn reading_and_error_make_the_place() {
 
 #[test]
 fn graduation_and_cyclic_error_have_their_sizes() {
-    let scale = Scale::new(&plant(), 0.0, 3, "x");
+    let scale = scale(PRESET, &plant(), 0.0, 3, "x");
     let mean_square: f64 =
         (0..1000).map(|i| scale.graduation.at(f64::from(i) * 100.0).powi(2)).sum::<f64>() / 1000.0;
     assert!((0.2..0.4).contains(&mean_square.sqrt()), "{}", mean_square.sqrt());
@@ -56,7 +69,7 @@ fn graduation_and_cyclic_error_have_their_sizes() {
 
 #[test]
 fn warm_glass_reads_too_little() {
-    let mut scale = Scale::new(&plant(), 0.0, 4, "x");
+    let mut scale = scale(PRESET, &plant(), 0.0, 4, "x");
     let cold = scale.error_um(100_000.0);
     scale.warm(1.5);
     assert!((scale.error_um(100_000.0) - cold - 1.2).abs() < 1e-9);
@@ -66,8 +79,7 @@ const LITHO: &str = include_str!("../../../../presets/litho-120.toml");
 
 /// What is lost, and illegal transitions: paper B's scale with all its faults, 2 mm forward and back at 50 mm/s: 250 000 counts a second.
 fn sweep(events: &[HeadEvent]) -> (i64, u32) {
-    let axis = crate::Plant::read("litho-120", LITHO).unwrap().x;
-    let mut scale = Scale::new(&axis, 30_000.0, 5, "x");
+    let mut scale = scale(LITHO, &paper_b(), 30_000.0, 5, "x");
     for event in events {
         scale.head_mut().unwrap().happen(*event);
     }
@@ -95,7 +107,7 @@ fn chatter_and_darkness_lose_counts() {
     let (lost, illegal) = sweep(&[HeadEvent::Chatter { part: 0.5 }]);
     assert!(lost.abs() > 8 && illegal > 5, "{lost} {illegal}");
     let spot = crate::analogue::Dirt { at_mm: 31.0, width_mm: 10.0, loss: [0.99, 0.99] };
-    let mut dark = Scale::new(&crate::Plant::read("litho-120", LITHO).unwrap().x, 31_000.0, 5, "x");
+    let mut dark = scale(LITHO, &paper_b(), 31_000.0, 5, "x");
     dark.head_mut().unwrap().happen(HeadEvent::Dirt(spot));
     for step in 0..40 {
         dark.move_to(31_000.0 + 2.5 * f64::from(step), 500);
@@ -106,8 +118,7 @@ fn chatter_and_darkness_lose_counts() {
 
 #[test]
 fn a_pulled_connector_stops_the_counts_and_levels_the_codes() {
-    let axis = crate::Plant::read("litho-120", LITHO).unwrap().x;
-    let mut scale = Scale::new(&axis, 30_000.0, 5, "x");
+    let mut scale = scale(LITHO, &paper_b(), 30_000.0, 5, "x");
     scale.connect(false);
     for step in 0..100 {
         scale.move_to(30_000.0 + f64::from(step), 500);

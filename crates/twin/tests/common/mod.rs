@@ -2,7 +2,7 @@
 
 #![allow(dead_code, reason = "each test uses its own part")]
 
-use abbe_core::design::StageSettings;
+use abbe_core::design::{Config, StageSettings};
 use abbe_core::publish::Outcome;
 use abbe_core::{Command, Controller, Outputs, Pos, background};
 use abbe_twin::{Plant, Twin};
@@ -13,6 +13,10 @@ pub(crate) fn plant() -> Plant {
     Plant::read("microscope-100", PRESET).unwrap()
 }
 
+pub(crate) fn config() -> Config<2> {
+    StageSettings::default().build().unwrap()
+}
+
 pub(crate) struct Stage {
     pub(crate) twin: Twin,
     pub(crate) controller: Controller<2>,
@@ -21,10 +25,10 @@ pub(crate) struct Stage {
 
 impl Stage {
     pub(crate) fn new(plant: &Plant, seed: u64) -> Self {
-        let settings = StageSettings::<2>::default();
+        let config = config();
         let mut stage = Self {
-            twin: Twin::new(plant, settings.tick_hz, seed),
-            controller: Controller::new(settings.build().unwrap()),
+            twin: Twin::new(plant, &config, seed),
+            controller: Controller::new(config),
             outputs: Outputs::OFF,
         };
         stage.tick();
