@@ -105,14 +105,14 @@ impl EncoderFile {
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
 enum MotorFile {
     Stepper,
-    Dc { full_speed_mm_s: f64 },
+    Dc { full_speed_mm_s: f64, friction_mm_s: f64 },
 }
 
 impl MotorFile {
     fn settings(&self) -> Motor {
         match *self {
             Self::Stepper => Motor::Stepper,
-            Self::Dc { full_speed_mm_s } => Motor::Dc { full_speed_mm_s },
+            Self::Dc { full_speed_mm_s, friction_mm_s } => Motor::Dc { full_speed_mm_s, friction_mm_s },
         }
     }
 }

@@ -262,6 +262,7 @@ impl<const N: usize> Controller<N> {
     fn sense(&mut self, inputs: &Inputs<N>) {
         for (axis, inputs) in self.axes.iter_mut().zip(&inputs.axes) {
             axis.sense.read(inputs, &axis.config.sense);
+            axis.sense.now.pulses = axis.sense.now.pulses.wrapping_add(axis.drive.told());
             if inputs.illegal != 0 || inputs.glitches != 0 {
                 axis.count_disturbances(inputs);
             }

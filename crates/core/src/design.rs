@@ -417,14 +417,14 @@ impl AxisSettings {
         }
     }
 
-    /// A DC motor emits no pulses that could be compared with counts: its encoder is watched by its signals, its motion by
-    /// the following error.
+    /// What a DC motor is told shows an encoder that does not move at all, but not how far it should have: friction eats
+    /// from it, and a stall is a following error.
     fn guard(&self) -> guard::Config {
         let stepper = self.motor == Motor::Stepper;
         let lost = libm::floor(self.encoder_lost_um / self.step_um) as u32;
         guard::Config {
             following_error: Pos::from_um(self.following_error_um),
-            encoder_lost_pulses: if stepper { lost } else { u32::MAX },
+            encoder_lost_pulses: lost,
             stall_pm: if stepper { Pos::from_um(self.stall_um).pm() as u32 } else { u32::MAX },
             step: guard::Travel::of(Pos::from_um(self.step_um).pm() as i32),
             count: guard::Travel::of(Pos::from_um(self.count_um).pm() as i32),
@@ -489,9 +489,13 @@ impl AxisSettings {
             change: change.clamp(1.0, 2_147_483_647.0) as i32,
             stage: match self.motor {
                 Motor::Stepper => drive::PowerStage::Steps,
-                Motor::Dc { full_speed_mm_s } => {
+                Motor::Dc { full_speed_mm_s, friction_mm_s } => {
+                    let whole = |value: f64, least| libm::round(value).clamp(least, 2_147_483_647.0) as i32;
                     let duty = 32_768.0 * self.step_um * 1e-3 * tick_hz / full_speed_mm_s;
-                    drive::PowerStage::Pwm { duty: libm::round(duty).clamp(1.0, 2_147_483_647.0) as i32 }
+                    drive::PowerStage::Pwm {
+                        duty: whole(duty, 1.0),
+                        held: whole(pulses(friction_mm_s) / tick_hz, 0.0),
+                    }
                 }
             },
         }

@@ -26,6 +26,8 @@ pub enum PowerStage {
     Pwm {
         /// Duty, full scale 2¹⁵, of one pulse a tick.
         duty: i32,
+        /// Rate up to which friction may hold the axis, from 0 on.
+        held: i32,
     },
 }
 
@@ -34,6 +36,9 @@ pub enum PowerStage {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Drive {
     rate: i32,
+    /// What a DC motor was told to go, beyond what friction may hold: pulses, and their 16 fractional bits.
+    told: i32,
+    part: u16,
 }
 
 /// Full duty.
@@ -54,9 +59,29 @@ impl Drive {
         self.rate = self.rate.wrapping_add(change);
         let actuation = match config.stage {
             PowerStage::Steps => Actuation::Steps(StepRate(self.rate)),
-            PowerStage::Pwm { duty } => pwm(self.rate, duty),
+            PowerStage::Pwm { duty, held } => {
+                self.tell(held);
+                pwm(self.rate, duty)
+            }
         };
         AxisOutputs { actuation, piezo: 0, enable: true }
+    }
+
+    /// Pulses that a DC motor should at least have gone; wraps. A stepper's are counted where they are emitted: always 0.
+    ///
+    /// A motor on a voltage goes slower than it is told, by what friction takes, but it goes. If the encoder shows none of
+    /// it, motor and encoder have parted: [`crate::guard`] looks for that as it does with step pulses.
+    #[inline]
+    pub fn told(&self) -> i32 {
+        self.told
+    }
+
+    #[inline(never)]
+    fn tell(&mut self, held: i32) {
+        let beyond = self.rate.wrapping_sub(within(self.rate, held));
+        let part = beyond.wrapping_add(i32::from(self.part));
+        self.told = self.told.wrapping_add(part >> 16);
+        self.part = part as u16;
     }
 
     /// One tick with the drive off: no torque, no pulses.
@@ -96,7 +121,7 @@ mod tests {
     #[test]
     fn a_bridge_gets_the_rate_as_a_duty_and_never_more_than_all() {
         // Ten pulses a tick are full speed.
-        let stage = PowerStage::Pwm { duty: 3277 };
+        let stage = PowerStage::Pwm { duty: 3277, held: 0 };
         let config = Config { fastest: 1 << 29, change: 1 << 29, stage };
         let duty = |pulses: f64| {
             let speed = libm::round(libm::ldexp(pulses, SPEED_BITS as i32)) as i64;
@@ -105,5 +130,20 @@ mod tests {
         assert_eq!(duty(5.0), Actuation::Pwm(16_385));
         assert_eq!(duty(-2.5), Actuation::Pwm(-8193));
         assert_eq!([duty(11.0), duty(-11.0)], [32_767, -32_767].map(Actuation::Pwm));
+    }
+
+    #[test]
+    fn what_friction_may_hold_is_not_told_and_the_rest_is_to_the_last_part() {
+        // Pulses a tick: 2.5 to hold.
+        let stage = PowerStage::Pwm { duty: 3277, held: 5 << 15 };
+        let config = Config { fastest: 1 << 29, change: 1 << 29, stage };
+        for (pulses, told) in [(2.5, 0), (-2.0, 0), (3.0, 500), (-3.0, -500), (2.5 + 1.0 / 1024.0, 0)] {
+            let mut drive = Drive::default();
+            let speed = libm::round(libm::ldexp(pulses, SPEED_BITS as i32)) as i64;
+            (0..1000).for_each(|_| _ = drive.on(speed, &config));
+            assert_eq!(drive.told(), told, "{pulses}");
+            (0..1000).for_each(|_| _ = drive.on(-speed, &config));
+            assert_eq!((drive.told(), drive.part), (0, 0), "{pulses}");
+        }
     }
 }

@@ -11,3 +11,10 @@ fn every_fault_is_told_within_its_own_time_and_nothing_is_taken_for_one() {
         faults::table(8).filter_map(|(case, tally)| faults::broken(case, &tally)).collect();
     assert!(broken.is_empty(), "{broken:#?}");
 }
+
+#[test]
+fn in_the_closed_loop_a_plug_at_any_level_ends_in_a_fault_and_chatter_costs_no_period() {
+    let broken: Vec<String> =
+        faults::closed::table(12).filter_map(|(row, tally)| faults::closed::broken(row, &tally)).collect();
+    assert!(broken.is_empty(), "{broken:#?}");
+}

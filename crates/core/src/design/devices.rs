@@ -150,6 +150,9 @@ pub enum Motor {
     Dc {
         /// Speed for which full duty is enough, mm/s: the working speed over the duty that it takes, friction and all.
         full_speed_mm_s: f64,
+        /// Largest speed that the law may ask for while friction holds the axis at rest, mm/s. Beyond it the encoder must
+        /// move, or it is taken for lost after `encoder_lost_um`.
+        friction_mm_s: f64,
     },
 }
 
@@ -159,12 +162,12 @@ impl Motor {
     pub(super) fn fastest_mm_s(&self, speed_mm_s: f64) -> f64 {
         match *self {
             Self::Stepper => 1.2 * speed_mm_s,
-            Self::Dc { full_speed_mm_s } => full_speed_mm_s,
+            Self::Dc { full_speed_mm_s, .. } => full_speed_mm_s,
         }
     }
 
     pub(super) fn check(&self, axis: usize, speed_mm_s: f64) -> Result<(), DesignError> {
-        let Self::Dc { full_speed_mm_s } = *self else { return Ok(()) };
+        let Self::Dc { full_speed_mm_s, friction_mm_s } = *self else { return Ok(()) };
         let fits = full_speed_mm_s >= 1.2 * speed_mm_s && full_speed_mm_s <= 1e4;
         check(
             Some(axis),
@@ -172,6 +175,8 @@ impl Motor {
             full_speed_mm_s,
             fits,
             "at least 1.2 times speed_mm_s, at most 10000",
-        )
+        )?;
+        let fits = (0.0..full_speed_mm_s).contains(&friction_mm_s);
+        check(Some(axis), "motor.friction_mm_s", friction_mm_s, fits, "from 0 on, less than full_speed_mm_s")
     }
 }

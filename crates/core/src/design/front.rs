@@ -115,7 +115,7 @@ mod tests {
             assert!(built(&AxisSettings { filter_ns: 1032, ..axis }).is_ok());
         }
         // A DC motor may run as fast as full duty drives it.
-        let motor = Motor::Dc { full_speed_mm_s: 48.0 };
+        let motor = Motor::Dc { full_speed_mm_s: 48.0, friction_mm_s: 2.0 };
         let axis = AxisSettings { motor, filter_ns: 1033, ..AxisSettings::default() };
         assert_eq!(built(&axis).unwrap_err().at_most, Some(1032));
         assert!(built(&AxisSettings { filter_ns: 1032, ..axis }).is_ok());

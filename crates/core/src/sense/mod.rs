@@ -55,7 +55,7 @@ pub struct Sensed {
     pub illegal: u16,
     /// Filtered pulses since the last tick.
     pub glitches: u16,
-    /// Step pulses emitted so far; wraps.
+    /// Step pulses emitted so far, or what a DC motor was told in their place; wraps.
     pub pulses: i32,
     /// The low switch, debounced.
     pub limit_low: bool,

@@ -73,7 +73,7 @@ mod tests {
             Encoder::Analogue(Analogue { offset_cos: 0.1 + 0.2, factor: 160, ..Analogue::default() });
         (settings.axes[0].decode, settings.axes[0].filter_ns) = (1, 0);
         (settings.axes[1].decode, settings.axes[1].filter_ns) = (2, 2000);
-        settings.axes[1].motor = Motor::Dc { full_speed_mm_s: -0.0 };
+        settings.axes[1].motor = Motor::Dc { full_speed_mm_s: -0.0, friction_mm_s: 1.3 };
         settings
     }
 

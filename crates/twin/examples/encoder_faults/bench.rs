@@ -38,6 +38,15 @@ impl Stage {
     }
 }
 
+/// What each seed comes to, in no order.
+pub(crate) fn both_cores<T: Send>(seeds: u32, run: impl Fn(u32) -> T + Sync) -> Vec<(u32, T)> {
+    let run_half = |from: u32| (from..seeds).step_by(2).map(|seed| (seed, run(seed))).collect::<Vec<_>>();
+    std::thread::scope(|scope| {
+        let halves = [0, 1].map(|from| scope.spawn(move || run_half(from)));
+        halves.into_iter().flat_map(|half| half.join().expect("a thread ends")).collect()
+    })
+}
+
 /// A speed that swings, or goes to a goal and stays there; mm/s.
 struct Motion {
     learning: f64,
