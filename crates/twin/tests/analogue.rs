@@ -318,7 +318,7 @@ fn a_wrong_key_of_motor_or_head_is_named_with_its_line() {
         ("skew_ns = 50.0", "scew_ns = 50.0", "the nearest valid one is `skew_ns`"),
         ("supply_v = 12.0", "supply_v = 0.0", "must be 1 … 400"),
         ("inductance_mh = 4.0", "inductanc_mh = 4.0", "the nearest valid one is `inductance_mh`"),
-        ("count_um = 0.2               # one", "count_um = 0.1               # one", "must be 0.2"),
+        ("count_um = 0.2               # from", "count_um = 0.1               # from", "must be 0.2"),
     ] {
         let text = PRESET.replacen(good, bad, 1);
         assert_ne!(text, PRESET, "{good}");
