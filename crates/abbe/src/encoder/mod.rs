@@ -10,7 +10,7 @@
 //! | [`turns`] | extremes of a channel that were seen whole |
 //! | [`way`] | phases to positions, over gaps too |
 //! | [`follow`] | third pass: positions, radius and noise |
-//! | [`stretches`] | harmonics of the phase error beside straight lines |
+//! | [`stretches`] | harmonics of the phase error beside a smooth motion |
 //! | [`error`] | the error inside a period before and after |
 //! | [`health`] | grades with their reasons |
 //! | [`plot`] | two panels: the signals, the error over the phase |

@@ -89,7 +89,6 @@ pub(crate) struct Times {
     first: f64,
     last: f64,
     shortest: f64,
-    longest: f64,
     paces: Paces,
 }
 
@@ -184,16 +183,14 @@ impl Survey {
             first: t_s,
             last: f64::NAN,
             shortest: f64::INFINITY,
-            longest: 0.0,
             paces: Paces::default(),
         });
         let before_s = std::mem::replace(&mut times.last, t_s);
         if t_s <= before_s {
             return Err(Fault::NotAscending { t_s, before_s });
         }
-        // Of the first sample it is no number, which neither takes.
+        // Of the first sample it is no number, which it does not take.
         times.shortest = times.shortest.min(t_s - before_s);
-        times.longest = times.longest.max(t_s - before_s);
         if !before_s.is_nan() {
             times.paces.add(t_s - before_s);
         }
@@ -239,12 +236,13 @@ impl Survey {
         Some(times.paces.usual_s().map_or(mean_hz, f64::recip))
     }
 
-    /// The samples lie at even distances of time, as far as is known.
+    /// The samples lie at even distances of time, as far as is known; gaps of missing ones do not count.
     pub(crate) fn is_even(&self) -> bool {
         self.times.as_ref().is_none_or(|times| {
-            let mean_s = (times.last - times.first) / (self.samples - 1) as f64;
-            let off = (times.longest - mean_s).max(mean_s - times.shortest);
-            off <= UNEVEN * mean_s
+            times.paces.usual_s().is_some_and(|usual_s| {
+                let longest_s = times.paces.longest_below_gap_s(usual_s);
+                (longest_s - usual_s).max(usual_s - times.shortest) <= UNEVEN * usual_s
+            })
         })
     }
 }

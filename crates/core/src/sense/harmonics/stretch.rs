@@ -114,7 +114,10 @@ impl Stretch {
 
     /// What it says of the harmonics.
     pub(super) fn beside(&self) -> Result<Beside, SweepError> {
-        if self.samples < SHORTEST || self.periods() < PERIODS {
+        if self.samples < SHORTEST {
+            return Err(SweepError::TooShort { periods: self.periods() });
+        }
+        if self.periods() < PERIODS {
             return Err(SweepError::TooSlow { speed: self.speed() });
         }
         let taken = self.without_motion().ok_or(SweepError::TooSlow { speed: self.speed() })?;

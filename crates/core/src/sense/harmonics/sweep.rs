@@ -47,7 +47,7 @@ impl fmt::Display for SweepError {
                 write!(f, "the sweep went through {periods:.1} periods; {FEWEST_PERIODS:.0} are needed")
             }
             Self::Gaps { seen, of } => {
-                write!(f, "the sweep saw {seen} of {of} parts of the period; take another speed")
+                write!(f, "the sweep saw {seen} of {of} parts of the period")
             }
             Self::TooSlow { speed } => write!(
                 f,
