@@ -71,6 +71,20 @@ fn a_sweep_that_cannot_teach_says_what_to_do() {
         let asked = [&["encoder", file, "--period-um", "0.8", "--harmonics"], &servo[..]].concat();
         refused(dir.path(), &asked, 1, &[&[file], names].concat());
     }
+    // Cut off at 80 % of the amplitude of a, on one side.
+    let cut: Vec<[f64; 2]> = MADE.rows().into_iter().map(|[a, b]| [a.min(0.85), b]).collect();
+    write_rows(dir.path(), "cut.csv", 6, &cut);
+    let asked = ["encoder", "cut.csv", "--period-um", "0.8", "--method", "moments"];
+    let names =
+        ["whole periods evenly", "offsets are", "--method heydemann", "samples at full scale were left out"];
+    refused(dir.path(), &asked, 1, &names);
+    judged(dir.path(), "cut.csv", &[]);
+    // 1.4 periods are no even cover; 8.5 come as near as is taken.
+    Made { samples: 30, ..MADE }.write(dir.path(), "part.csv");
+    let asked = ["encoder", "part.csv", "--period-um", "0.8", "--method", "moments"];
+    refused(dir.path(), &asked, 1, &["whole periods evenly", "--method heydemann"]);
+    Made { samples: 180, ..MADE }.write(dir.path(), "nearly.csv");
+    judged(dir.path(), "nearly.csv", &["--method", "moments"]);
     let slow_enough = judged(dir.path(), "s.csv", &["--harmonics", "--servo-hz", "40"]);
     assert_eq!(slow_enough["notes"], serde_json::json!([]));
     assert!((slow_enough["sweep_hz"].as_f64().unwrap() - 473.0).abs() < 4.0, "{slow_enough}");

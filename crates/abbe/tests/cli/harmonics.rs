@@ -19,12 +19,31 @@ const STRETCH: usize = 128;
 /// Periods of such a stretch at 0.7 mm/s, neither at the beginning nor at the end of a move.
 const WAY: std::ops::RangeInclusive<f64> = 10.5..=11.9;
 
-/// The keys that `abbe encoder` prints for axis x, learned from the last way of homing: 2 mm at 0.5 mm/s.
+/// What `abbe encoder` finds on axis x, from the longest way of homing at 0.5 mm/s: from the switch to the mark.
 fn learned(dir: &Path) -> Value {
     done(dir, &["record", "sweep.abr", "--twin", "--preset", "litho-120", "--move", "0", "0", "--seed", "1"]);
-    done(dir, &["replay", "sweep.abr", "--samples", "x.csv", "--axis", "x", "--from", "7", "--to", "10"]);
+    let [from, to] = slow_way(dir).map(|t_s| t_s.to_string());
+    done(dir, &["replay", "sweep.abr", "--samples", "x.csv", "--axis", "x", "--from", &from, "--to", &to]);
     let asked = ["encoder", "x.csv", "--period-um", "0.8", "--bits", "16", "--harmonics", "--servo-hz", "37"];
     done(dir, &asked)
+}
+
+/// The longest time in which the set-point of x goes at 0.5 mm/s, s, without a tenth of a second at its ends.
+fn slow_way(dir: &Path) -> [f64; 2] {
+    let replayed = done(dir, &["replay", "sweep.abr", "--step", "1000"]);
+    let (mut longest, mut now, mut before) = ([0.0; 2], [0.0; 2], [0.0; 2]);
+    for row in replayed["rows"].as_array().unwrap() {
+        let [t_s, x_mm] =
+            ["/t_s", "/x/set_point_mm"].map(|place| row.pointer(place).unwrap().as_f64().unwrap());
+        let speed = (x_mm - before[1]).abs() / (t_s - before[0]);
+        now = if (speed - 0.5).abs() < 0.001 { [now[0], t_s] } else { [t_s, t_s] };
+        if now[1] - now[0] > longest[1] - longest[0] {
+            longest = now;
+        }
+        before = [t_s, x_mm];
+    }
+    assert!(longest[1] - longest[0] > 3.0, "{longest:?}");
+    [longest[0] + 0.1, longest[1] - 0.1]
 }
 
 /// The preset with other values of keys of `[controller.x.encoder]`, as fine as the samples are.
