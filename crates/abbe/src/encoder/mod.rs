@@ -3,7 +3,8 @@
 //! | module | does |
 //! |---|---|
 //! | [`samples`] | a CSV file, row by row, each fault with its line |
-//! | [`survey`] | first pass: extremes, piles at them, converter codes, times |
+//! | [`rails`] | the ends of a channel, and samples cut off there |
+//! | [`survey`] | first pass: ends, converter codes, times |
 //! | [`signals`] | the samples as codes, through paper B's first limit filter if asked |
 //! | [`method`] | second pass: the ellipse that the signals draw, and what a method takes off |
 //! | [`paces`] | the usual step of time, and samples that are missing |
@@ -21,6 +22,7 @@ pub(crate) mod health;
 pub(crate) mod method;
 pub(crate) mod paces;
 pub(crate) mod plot;
+pub(crate) mod rails;
 pub(crate) mod samples;
 pub(crate) mod signals;
 pub(crate) mod stretches;
