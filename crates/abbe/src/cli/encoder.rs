@@ -21,9 +21,14 @@ pub(crate) struct Encoder {
     /// What is taken off the signals.
     #[arg(long, default_value = "heydemann")]
     pub(crate) method: Method,
-    /// Learn the harmonics of the phase error, too, and take them off; the file must be a sweep at constant speed.
+    /// Learn the harmonics of the phase error, too, and take them off; the file must be a sweep at nearly constant speed,
+    /// 1/250 … 1/8 of a period a sample.
     #[arg(long)]
     pub(crate) harmonics: bool,
+    /// Bandwidth of the servo that drove the sweep, Hz: below ten times as many periods a second it follows the errors of
+    /// its own encoder and hides them, and nothing is learned. Needs `t_s`.
+    #[arg(long, value_name = "HZ", value_parser = step, requires = "harmonics", allow_hyphen_values = true)]
+    pub(crate) servo_hz: Option<f64>,
     /// Count steps of 1/N of a period by paper B's table, a multiple of 4.
     #[arg(long, value_name = "N", value_parser = factor, allow_negative_numbers = true)]
     pub(crate) factor: Option<u16>,
@@ -78,7 +83,7 @@ fn factor(text: &str) -> Result<u16, String> {
     Subdivider::new(value).map(|table| table.factor()).map_err(|error| error.to_string())
 }
 
-/// A step of a signal.
+/// A step of a signal, or a bandwidth.
 fn step(text: &str) -> Result<f64, String> {
     let value = number(text)?;
     (value > 0.0).then_some(value).ok_or_else(|| format!("`{text}` is not more than 0"))

@@ -10,7 +10,7 @@ use crate::encoder::method::Learned;
 use crate::encoder::plot::Picture;
 use crate::encoder::samples::{Fault, Samples, is_stdin};
 use crate::encoder::signals::Signals;
-use crate::encoder::stretches::Agreed;
+use crate::encoder::stretches::{Agreed, BEYOND_SERVO};
 use crate::encoder::survey::Survey;
 use crate::failure::Failure;
 use crate::folder::{self, Growing, Ready};
@@ -21,6 +21,8 @@ use std::path::Path;
 
 /// A table is learned only where so much of the file goes at a constant speed.
 const STEADY_SHARE: f64 = 0.5;
+/// And where it is known so well, periods rms of its curve: 0.4 nm of 0.8 µm.
+const KNOWN: f64 = 5e-4;
 
 pub(crate) fn run(asked: &Encoder) -> Result<Answer, Failure> {
     check(asked)?;
@@ -82,16 +84,17 @@ pub(crate) fn answer(
     let signals = Signals::new(samples, survey, asked.limit_samples);
     let learned = Learned::of(&signals, asked.method, advanced)?;
     let mut positions = asked.positions.as_deref().map(|file| Positions::new(file, asked)).transpose()?;
+    let floor = floor(asked, &signals)?;
     let (trail, agreed) = if asked.harmonics {
-        let taught = follow(&signals, &learned, None, None, advanced)?;
-        let agreed = steady(&signals, &taught)?;
+        let taught = follow(&signals, &learned, None, floor, None, advanced)?;
+        let agreed = steady(&signals, &taught, asked.period_um)?;
         let table = agreed.harmonics.residual();
-        let mut trail = follow(&signals, &learned, Some(&table), positions.as_mut(), advanced)?;
-        // What the lines show is that of the pass before the table; all else is that of the pass with it.
+        let mut trail = follow(&signals, &learned, Some(&table), floor, positions.as_mut(), advanced)?;
+        // What the stretches show is that of the pass before the table; all else is that of the pass with it.
         trail.stretches = taught.stretches;
         (trail, Some(agreed))
     } else {
-        (follow(&signals, &learned, None, positions.as_mut(), advanced)?, None)
+        (follow(&signals, &learned, None, floor, positions.as_mut(), advanced)?, None)
     };
     let table = if agreed.is_some() { Table::Learned } else { Table::None };
     let inside = Inside::of(&learned, signals.scale.zero, &trail, even, table);
@@ -115,10 +118,11 @@ fn follow(
     signals: &Signals<'_>,
     learned: &Learned,
     table: Option<&Residual>,
+    floor: f64,
     mut positions: Option<&mut Positions>,
     advanced: &dyn Fn(u64),
 ) -> Result<Trail, Failure> {
-    let mut follow = Follow::new(learned, table);
+    let mut follow = Follow::new(learned, table, floor);
     signals.each(advanced, |seen| {
         let position = follow.sample(&seen);
         match &mut positions {
@@ -132,24 +136,42 @@ fn follow(
     Ok(follow.end())
 }
 
+/// The slowest motion that teaches harmonics, periods a sample.
+fn floor(asked: &Encoder, signals: &Signals<'_>) -> Result<f64, Failure> {
+    let Some(servo_hz) = asked.servo_hz else { return Ok(0.0) };
+    let rate_hz = signals.survey.rate_hz().ok_or_else(|| {
+        let reason = "--servo-hz: without a column `t_s` nobody knows how fast the periods pass";
+        signals.samples.error(None, Fault::NoFit(reason.into()))
+    })?;
+    Ok(BEYOND_SERVO * servo_hz / rate_hz)
+}
+
 /// What a sweep at constant speed teaches; any other file is refused.
-fn steady(signals: &Signals<'_>, taught: &Trail) -> Result<Agreed, Failure> {
-    let refused = |reason: String| {
-        signals.samples.error(
-            None,
-            Fault::NoFit(format!("--harmonics: {reason}; take a sweep at constant speed, or leave it out")),
-        )
+fn steady(signals: &Signals<'_>, taught: &Trail, period_um: f64) -> Result<Agreed, Failure> {
+    let refused = |reason: String, instead: &str| {
+        let words = format!("--harmonics: {reason}; {instead}, or leave it out");
+        Failure::from(signals.samples.error(None, Fault::NoFit(words)))
     };
+    let sweep = "take a sweep at constant speed";
     if !signals.survey.is_even() {
-        return Err(refused("the samples are not at even distances of time".into()).into());
+        return Err(refused("the samples are not at even distances of time".into(), sweep));
     }
-    let agreed = taught.stretches.agreed().map_err(|error| refused(error.to_string()))?;
+    let agreed = taught.stretches.agreed().map_err(|why| refused(why.to_string(), why.instead()))?;
     if agreed.share < STEADY_SHARE {
-        let reason = taught.stretches.refused().map_or_else(String::new, |error| format!(" ({error})"));
+        let why = taught.stretches.why_not();
+        let reason = why.map_or_else(String::new, |why| format!(" ({why})"));
         let share = 100.0 * agreed.share;
-        return Err(
-            refused(format!("only {share:.0} % of the samples are of a constant speed{reason}")).into()
+        let reason = format!("only {share:.0} % of the samples are of a constant speed{reason}");
+        return Err(refused(reason, sweep));
+    }
+    if agreed.uncertainty > KNOWN {
+        let nm = 1e3 * period_um;
+        let reason = format!(
+            "what it tells is known to ± {:.3} nm only, and ± {:.3} are needed",
+            nm * agreed.uncertainty,
+            nm * KNOWN
         );
+        return Err(refused(reason, "take a longer or a smoother sweep, or one at another speed"));
     }
     Ok(agreed)
 }

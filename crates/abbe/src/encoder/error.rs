@@ -1,8 +1,8 @@
 //! The error inside a period, before and after, and where the figures come from.
 //!
 //! What is seen of it without knowing the true position: the ellipse says what offsets, gain and quadrature do (exactly,
-//! [`Ellipse`]); straight lines say what the phase does beside a constant speed ([`super::stretches`]). Where no stretch
-//! goes at a constant speed, the radius must do: a harmonic m of the signal vector moves its length and its phase alike,
+//! [`Ellipse`]); stretches of a smooth motion say what the phase does beside it ([`super::stretches`]). Where no stretch
+//! goes smoothly, the radius must do: a harmonic m of the signal vector moves its length and its phase alike,
 //! (m − 1) times a period, so the mean radius over the phase is as large as the phase error, in the same unit, if one
 //! harmonic of the signals stands behind each. The fit has taken the first and the second away, so those cannot be seen.
 
@@ -21,8 +21,8 @@ pub(crate) const PLACES: usize = 720;
 pub(crate) enum From {
     /// The fitted ellipse alone.
     Ellipse,
-    /// Straight lines through stretches at constant speed, and the ellipse.
-    Lines,
+    /// Stretches beside their smooth motion, and the ellipse.
+    Motion,
     /// The mean radius over the phase.
     Radius,
     /// Two halves of the stretches, each against the other.
@@ -34,7 +34,7 @@ impl From {
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Ellipse => "ellipse",
-            Self::Lines => "lines",
+            Self::Motion => "motion",
             Self::Radius => "radius",
             Self::Halves => "halves",
         }
@@ -75,7 +75,7 @@ impl Curve {
 pub(crate) struct Inside {
     /// Signals taken as they are; none where the zero lies outside of their ellipse.
     pub(crate) before: Option<(Curve, Estimate)>,
-    /// After the method, and the table if there is one; the curve where lines show it.
+    /// After the method, and the table if there is one; the curve where stretches show it.
     pub(crate) after: Result<(Option<Curve>, Estimate), &'static str>,
 }
 
@@ -102,12 +102,12 @@ impl Inside {
                 let true_to = if agreed.is_some() { phase(turns) } else { turns };
                 nearest(seen - true_to) + beside(turns)
             });
-            let from = if agreed.is_some() { From::Lines } else { From::Ellipse };
+            let from = if agreed.is_some() { From::Motion } else { From::Ellipse };
             let estimate = curve.estimate(from, agreed.map(|agreed| agreed.uncertainty));
             (curve, estimate)
         });
         let after = match (agreed, table) {
-            (Some(agreed), Table::None) => Ok(by_lines(&agreed)),
+            (Some(agreed), Table::None) => Ok(by_motion(&agreed)),
             (Some(agreed), Table::Learned) => by_halves(&agreed),
             (None, _) => Ok((None, by_radius(learned, trail))),
         };
@@ -121,9 +121,9 @@ fn holds(signals: &Ellipse, zero: [f64; 2]) -> bool {
     u.hypot(v) < signals.radius
 }
 
-fn by_lines(agreed: &Agreed) -> (Option<Curve>, Estimate) {
+fn by_motion(agreed: &Agreed) -> (Option<Curve>, Estimate) {
     let curve = Curve::of(|turns| agreed.harmonics.at(turns));
-    let estimate = curve.estimate(From::Lines, Some(agreed.uncertainty));
+    let estimate = curve.estimate(From::Motion, Some(agreed.uncertainty));
     (Some(curve), estimate)
 }
 

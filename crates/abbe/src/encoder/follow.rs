@@ -157,7 +157,9 @@ pub(crate) struct Trail {
     pub(crate) parts: [Part; PARTS],
     /// The weakest patch's mean radius, as part of the ellipse's.
     pub(crate) weakest: f64,
-    /// Harmonics of the phase beside straight lines.
+    /// Samples too weak to be learned from: see [`WEAKNESS`].
+    pub(crate) weak: u64,
+    /// Harmonics of the phase beside a smooth motion.
     pub(crate) stretches: Stretches,
     /// Some of the samples, codes.
     pub(crate) points: Points,
@@ -192,9 +194,10 @@ impl Points {
 }
 
 impl<'l> Follow<'l> {
-    /// From the first sample on; `table` is taken off the phase after the ellipse.
-    pub(crate) fn new(learned: &'l Learned, table: Option<&'l Residual>) -> Self {
-        Self { learned, corrector: learned.corrector(), table, way: Way::default(), seen: Trail::new() }
+    /// From the first sample on; `table` is taken off the phase after the ellipse. Harmonics are learned where the motion
+    /// is not slower than `floor`, periods a sample.
+    pub(crate) fn new(learned: &'l Learned, table: Option<&'l Residual>, floor: f64) -> Self {
+        Self { learned, corrector: learned.corrector(), table, way: Way::default(), seen: Trail::new(floor) }
     }
 
     /// The next sample; its position.
@@ -205,7 +208,9 @@ impl<'l> Follow<'l> {
         let radius = u.hypot(v) / self.learned.signals.radius;
         let placed = self.way.next(phase, seen.missing, radius < SHORT, seen.line);
         self.seen.place(placed, seen.line);
-        self.seen.stretches.add(placed, seen.is_own() && radius > 1.0 - WEAKNESS.warn);
+        let is_weak = radius <= 1.0 - WEAKNESS.warn;
+        self.seen.weak += u64::from(is_weak);
+        self.seen.stretches.add(placed, seen.is_own() && !is_weak);
         self.seen.vector([u, v], radius);
         self.seen.points.see(self.seen.samples, seen.codes);
         self.seen.samples += 1;
@@ -226,7 +231,7 @@ pub(crate) fn shown(position: Periods, counts: Option<&mut Counts>) -> f64 {
 }
 
 impl Trail {
-    fn new() -> Self {
+    fn new(floor: f64) -> Self {
         Self {
             samples: 0,
             lowest: f64::INFINITY,
@@ -240,7 +245,8 @@ impl Trail {
             radius: Spread::default(),
             parts: [Part::default(); PARTS],
             weakest: f64::INFINITY,
-            stretches: Stretches::default(),
+            weak: 0,
+            stretches: Stretches::faster_than(floor),
             points: Points { taken: Vec::new(), every: 1 },
             surprises: Median::new(),
             before: None,

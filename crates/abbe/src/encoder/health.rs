@@ -85,8 +85,11 @@ pub(crate) fn findings(signals: &Signals<'_>, learned: &Learned, trail: &Trail) 
         }),
         judge("contamination", WEAKNESS, weak, || {
             format!(
-                "the signals fall to {:.0} % of their amplitude somewhere: dirt, or a damaged grating",
-                percent(1.0 - weak)
+                "the signals fall to {:.0} % of their amplitude somewhere, and {} samples ({:.2} %) lie below {:.0} %: dirt, or a damaged grating",
+                percent(1.0 - weak),
+                trail.weak,
+                percent(trail.weak as f64 / samples),
+                percent(1.0 - WEAKNESS.warn)
             )
         }),
         judge("offset", OFFSET, offset, || {

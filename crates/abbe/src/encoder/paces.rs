@@ -43,6 +43,12 @@ impl Paces {
         let gaps: u64 = self.sizes.values().filter(is_gap).map(|(count, _)| count).sum();
         (gaps * RARE <= self.count).then_some(usual_s)
     }
+
+    /// The longest step that is no gap, s: the mean of those like it.
+    pub(crate) fn longest_below_gap_s(&self, usual_s: f64) -> f64 {
+        let means = self.sizes.values().map(|(count, sum)| sum / *count as f64);
+        means.filter(|mean_s| *mean_s <= GAP * usual_s).fold(0.0, f64::max)
+    }
 }
 
 /// Samples that did not come in a step of time.
@@ -64,6 +70,8 @@ mod tests {
         }
         let usual_s = paces.usual_s().unwrap();
         assert!((usual_s - 1e-3).abs() < 1e-6, "{usual_s}");
+        let longest_s = paces.longest_below_gap_s(usual_s);
+        assert!((longest_s - 1.03e-3).abs() < 2e-5, "{longest_s}");
         assert_eq!([1e-3, 1.4e-3, 2e-3, 0.137].map(|step_s| missing(step_s, usual_s)), [0, 0, 1, 136]);
     }
 

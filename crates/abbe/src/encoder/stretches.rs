@@ -1,36 +1,36 @@
-//! Harmonics of the phase error, from stretches of the file that went at a constant speed.
+//! Harmonics of the phase error, from the stretches of the file that went smoothly.
 //!
-//! A stage never keeps its speed to a nanometre over a whole file, but over some ten periods it nearly does. Each stretch
-//! is judged beside a straight line of its own ([`Sweep`]) and the stretches are averaged: what a ripple of the speed does
-//! to one is another's to undo, unless the ripple repeats with the grating, which no file can tell from an error of the
-//! signals. By how much the stretches differ says how well the mean is known. A stretch in which a sample was cut off,
-//! weak or missing is left out: its harmonics are those of the fault.
+//! A servo never keeps its speed to a nanometre, but its wander is slow against the fringes: beside a cubic of some 128
+//! samples the phase shows its own error ([`Stretch`]). The stretches are summed up in [`GROUPS`]; by how much the mean moves
+//! when one group is left out says how well it is known (the jackknife). What no file can tell from an error of the
+//! signals is a motion that repeats with the grating, and a servo makes one while it can follow its own encoder: a floor for
+//! the speed keeps such stretches out. A stretch in which a sample was cut off, weak or missing is left out: its harmonics
+//! are those of the fault.
 
 use super::way::Placed;
-use abbe_core::sense::harmonics::{HARMONICS, Harmonics, Sweep, SweepError};
-use abbe_core::sense::periods::Periods;
+use abbe_core::sense::harmonics::{HARMONICS, Harmonics, Lesson, Stretch, SweepError};
 use std::fmt;
 
-/// A stretch has as many samples and periods at least.
-const SAMPLES: u32 = 512;
-const PERIODS: f64 = 10.0;
-/// A stretch that still teaches nothing at so many times the samples is given up.
-const PATIENCE: u32 = 32;
-/// So many stretches tell by their differences how well their mean is known; fewer by what lies beside their lines.
-const FEW: u32 = 4;
+/// Stretches are dealt out to so many groups; those with even and with odd numbers are the two halves.
+const GROUPS: usize = 16;
+/// So many groups tell by their differences how well their mean is known; fewer by what lies beside the motion.
+const FEW: usize = 4;
+/// The speeds at which a servo does not follow, times its bandwidth, periods a second: below it, what a servo of first
+/// order adds to an error is more than a tenth of it.
+pub(crate) const BEYOND_SERVO: f64 = 10.0;
 
 /// Stretches of a file, learned one after another.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Stretches {
-    sweep: Sweep,
-    first: Option<Periods>,
-    last: Periods,
-    samples: u32,
-    /// Stretches with even and with odd numbers.
-    halves: [Half; 2],
+    stretch: Stretch,
+    groups: Vec<Lesson>,
+    /// Slowest motion that is learned from, periods a sample.
+    floor: f64,
     /// A sample of this stretch is not to be learned from.
     is_spoilt: bool,
     spoilt: u32,
+    /// Stretches that went too slowly for the floor, and the speed of the last, periods a sample.
+    slow: Option<f64>,
     good: u32,
     good_samples: u64,
     refused_samples: u64,
@@ -41,10 +41,12 @@ pub(crate) struct Stretches {
 /// Why no stretch has told anything.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum NoStretch {
-    /// The longest that went at no constant speed, or saw too little.
+    /// The longest that did not go smoothly, or saw too little.
     Refused(SweepError),
     /// Each had samples that were cut off, weak or missing.
     Spoilt(u32),
+    /// All went so slowly that the servo follows its encoder: the speed of the last and the floor, periods a sample.
+    Followed { speed: f64, floor: f64 },
 }
 
 impl fmt::Display for NoStretch {
@@ -55,27 +57,31 @@ impl fmt::Display for NoStretch {
             Self::Spoilt(stretches) => {
                 write!(f, "all {stretches} stretches have samples that are cut off, weak or missing")
             }
+            Self::Followed { speed, floor } => write!(
+                f,
+                "at {speed:.4} periods a sample the servo follows the error of its own encoder; at least {floor:.4} are needed ({BEYOND_SERVO:.0} times --servo-hz)"
+            ),
         }
     }
 }
 
-/// Weighted sums of harmonics; the weights are samples.
-#[derive(Clone, Copy, Debug, Default)]
-struct Half {
-    weight: f64,
-    sums: [[f64; 2]; HARMONICS],
-    /// Σ w², Σ w² x, Σ w² x², the last two over all coefficients.
-    squared_weight: f64,
-    squared_sums: [[f64; 2]; HARMONICS],
-    squares: f64,
-    /// Σ w · (what lay beside the line)².
-    beside: f64,
+impl NoStretch {
+    /// What to do.
+    pub(crate) fn instead(&self) -> &'static str {
+        match self {
+            Self::Refused(SweepError::TooSlow { .. }) | Self::Followed { .. } => "take a faster sweep",
+            Self::Refused(SweepError::TooShort { .. }) => "take a longer sweep",
+            Self::Refused(SweepError::Gaps { .. }) => "take a sweep at another speed",
+            Self::Refused(_) => "take a sweep at constant speed",
+            Self::Spoilt(_) => "mend the signals first",
+        }
+    }
 }
 
 /// What the stretches agree on.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Agreed {
-    /// Their mean, turns.
+    /// What fits them best, turns.
     pub(crate) harmonics: Harmonics,
     /// How well it is known: standard deviation of its curve, turns rms.
     pub(crate) uncertainty: f64,
@@ -85,152 +91,141 @@ pub(crate) struct Agreed {
     pub(crate) left_out: u32,
     /// The part of the samples that they cover.
     pub(crate) share: f64,
+    /// Their mean speed, periods a sample.
+    pub(crate) speed: f64,
     /// Half of the difference of the two halves of the stretches: what is left when the mean is taken off, seen in
     /// samples of which each has taught half of it.
     pub(crate) left: Option<Harmonics>,
 }
 
 impl Stretches {
+    /// Learns from stretches of at least `floor` periods a sample.
+    pub(crate) fn faster_than(floor: f64) -> Self {
+        Self {
+            stretch: Stretch::default(),
+            groups: vec![Lesson::default(); GROUPS],
+            floor,
+            is_spoilt: false,
+            spoilt: 0,
+            slow: None,
+            good: 0,
+            good_samples: 0,
+            refused_samples: 0,
+            refused: None,
+        }
+    }
+
     /// The position of the next sample; `is_sound` if it was neither cut off nor weak.
     pub(crate) fn add(&mut self, placed: Placed, is_sound: bool) {
-        let position = placed.position;
         self.is_spoilt |= !(is_sound && placed.is_whole);
-        self.first.get_or_insert(position);
-        self.last = position;
-        self.sweep.add(position);
-        self.samples += 1;
-        if self.samples.is_multiple_of(SAMPLES) && self.is_long() {
-            self.try_to_learn(self.samples >= PATIENCE * SAMPLES);
-        } else if self.samples >= 64 * PATIENCE * SAMPLES {
-            // It hardly moves.
-            self.try_to_learn(true);
+        self.stretch.add(placed.position);
+        if self.stretch.has_ended() {
+            self.take();
         }
     }
 
-    fn is_long(&self) -> bool {
-        let way = Periods(self.last.way_from(self.first.unwrap_or_default()));
-        way.turns().abs() >= PERIODS
-    }
-
-    /// The rest of the file counts if it is a stretch.
+    /// The rest of the file is no stretch, and tells only why there is none.
     pub(crate) fn end(&mut self) {
-        if self.samples > 0 {
-            self.try_to_learn(true);
+        if self.good == 0 && self.why_not().is_none() && self.stretch.samples() > 0 {
+            self.take();
         }
     }
 
-    fn try_to_learn(&mut self, give_up: bool) {
-        match self.sweep.learn() {
-            Ok(_) if self.is_spoilt => {
-                self.spoilt += 1;
-                self.refused_samples += u64::from(self.samples);
-            }
-            Ok((harmonics, left)) => self.take(&harmonics, left),
-            Err(SweepError::Gaps { .. } | SweepError::TooShort { .. }) if !give_up => return,
-            Err(error) => {
-                self.spoilt += u32::from(self.is_spoilt);
-                if self.refused.is_none_or(|(longest, _)| self.samples > longest) {
-                    self.refused = Some((self.samples, error));
+    fn take(&mut self) {
+        let stretch = std::mem::take(&mut self.stretch);
+        let samples = stretch.samples();
+        let is_spoilt = std::mem::take(&mut self.is_spoilt);
+        if is_spoilt {
+            self.spoilt += 1;
+        } else if stretch.speed() < self.floor {
+            self.slow = Some(stretch.speed());
+        } else {
+            match self.groups[self.good as usize % GROUPS].take(&stretch) {
+                Ok(()) => {
+                    self.good += 1;
+                    self.good_samples += u64::from(samples);
+                    return;
                 }
-                self.refused_samples += u64::from(self.samples);
+                Err(error) if self.refused.is_none_or(|(longest, _)| samples > longest) => {
+                    self.refused = Some((samples, error));
+                }
+                Err(_) => {}
             }
         }
-        self.sweep = Sweep::default();
-        self.first = None;
-        self.samples = 0;
-        self.is_spoilt = false;
+        self.refused_samples += u64::from(samples);
     }
 
-    fn take(&mut self, harmonics: &Harmonics, left: f64) {
-        self.halves[(self.good % 2) as usize].add(harmonics, f64::from(self.samples), left);
-        self.good += 1;
-        self.good_samples += u64::from(self.samples);
-    }
-
-    /// What the stretches agree on, or why there is none.
+    /// What the stretches agree on, or why there is nothing.
     pub(crate) fn agreed(&self) -> Result<Agreed, NoStretch> {
-        let all = self.halves[0].with(&self.halves[1]);
-        let Some(harmonics) = all.mean() else {
+        if self.good == 0 {
             return Err(self.why_none());
-        };
-        let left = self.halves[0].mean().zip(self.halves[1].mean()).map(|(Harmonics(a), Harmonics(b))| {
-            let mut half = a;
-            half.as_flattened_mut().iter_mut().zip(b.as_flattened()).for_each(|(a, b)| *a = (*a - b) / 2.0);
-            Harmonics(half)
-        });
+        }
+        let all = self.sum(|_| true);
+        let (harmonics, beside) = all.learn().map_err(NoStretch::Refused)?;
+        let half = |odd: usize| self.sum(|group| group % 2 == odd).learn().ok();
+        let left = half(0).zip(half(1)).map(|((even, _), (odd, _))| half_of_difference(&even, &odd));
+        let scatter = self.scatter(&harmonics);
         Ok(Agreed {
             harmonics,
-            uncertainty: if self.good < FEW { all.by_noise() } else { all.by_scatter() },
+            uncertainty: scatter.unwrap_or_else(|| by_noise(beside, all.samples())),
             stretches: self.good,
             left_out: self.spoilt,
             share: self.good_samples as f64 / (self.good_samples + self.refused_samples) as f64,
+            speed: all.periods() / f64::from(all.samples()),
             left,
         })
     }
 
-    fn why_none(&self) -> NoStretch {
-        match self.refused() {
-            None if self.spoilt > 0 => NoStretch::Spoilt(self.spoilt),
-            refused => NoStretch::Refused(refused.unwrap_or(SweepError::TooShort { periods: 0.0 })),
-        }
+    fn sum(&self, counts: impl Fn(usize) -> bool) -> Lesson {
+        let groups = self.groups.iter().enumerate().filter(|(group, _)| counts(*group));
+        groups.fold(Lesson::default(), |sum, (_, group)| sum.with(group))
     }
 
-    /// Why the longest stretch that taught nothing did not.
-    pub(crate) fn refused(&self) -> Option<SweepError> {
-        self.refused.map(|(_, error)| error)
+    /// Standard deviation of the curve, turns rms: √((n − 1)/n Σ (x without one group − x)²) for each coefficient.
+    fn scatter(&self, Harmonics(all): &Harmonics) -> Option<f64> {
+        let groups = self.groups.iter().filter(|group| group.stretches() > 0).count();
+        if groups < FEW {
+            return None;
+        }
+        let mut squares = 0.0;
+        for left_out in 0..groups {
+            let (Harmonics(without), _) = self.sum(|group| group != left_out).learn().ok()?;
+            let pairs = all.as_flattened().iter().zip(without.as_flattened());
+            squares += pairs.map(|(all, without)| (all - without).powi(2)).sum::<f64>();
+        }
+        // A cosine and a sine of equal size have half of their squares as the mean square of the curve.
+        Some((squares / 2.0 * (groups - 1) as f64 / groups as f64).sqrt())
+    }
+
+    fn why_none(&self) -> NoStretch {
+        self.why_not().unwrap_or(NoStretch::Refused(SweepError::TooShort { periods: 0.0 }))
+    }
+
+    /// Why stretches taught nothing, if some did not: the longest that was refused, before those that were too slow or
+    /// spoilt.
+    pub(crate) fn why_not(&self) -> Option<NoStretch> {
+        let refused = self.refused.map(|(_, error)| NoStretch::Refused(error));
+        let slow = self.slow.map(|speed| NoStretch::Followed { speed, floor: self.floor });
+        refused.or(slow).or((self.spoilt > 0).then_some(NoStretch::Spoilt(self.spoilt)))
     }
 }
 
-impl Half {
-    fn add(&mut self, Harmonics(harmonics): &Harmonics, weight: f64, left: f64) {
-        self.weight += weight;
-        self.squared_weight += weight * weight;
-        self.beside += weight * left * left;
-        let sums = self.sums.as_flattened_mut().iter_mut().zip(self.squared_sums.as_flattened_mut());
-        for ((sum, squared), value) in sums.zip(harmonics.as_flattened()) {
-            *sum += weight * value;
-            *squared += weight * weight * value;
-            self.squares += weight * weight * value * value;
-        }
-    }
+/// Standard deviation of the curve if what lies beside the motion is white: each coefficient has a variance of 2σ²/n, and
+/// half of the sum of all is the curve's.
+fn by_noise(beside: f64, samples: u32) -> f64 {
+    beside * (HARMONICS as f64 * 2.0 / f64::from(samples)).sqrt()
+}
 
-    fn with(&self, other: &Self) -> Self {
-        let mut both = *self;
-        both.weight += other.weight;
-        both.squared_weight += other.squared_weight;
-        both.squares += other.squares;
-        both.beside += other.beside;
-        for (mine, theirs) in [(&mut both.sums, &other.sums), (&mut both.squared_sums, &other.squared_sums)] {
-            let pairs = mine.as_flattened_mut().iter_mut().zip(theirs.as_flattened());
-            pairs.for_each(|(mine, theirs)| *mine += theirs);
-        }
-        both
-    }
-
-    fn mean(&self) -> Option<Harmonics> {
-        (self.weight > 0.0).then(|| Harmonics(self.sums.map(|pair| pair.map(|sum| sum / self.weight))))
-    }
-
-    /// Standard deviation of the mean curve if what lies beside the lines is white: each coefficient has a variance of
-    /// 2σ²/n, and half of the sum of all is the curve's.
-    fn by_noise(&self) -> f64 {
-        let variance = self.beside / self.weight;
-        (HARMONICS as f64 * 2.0 * variance / self.weight).sqrt()
-    }
-
-    /// The same from how the stretches differ: √(Σ w² (x − x̄)²) / Σ w for each coefficient.
-    fn by_scatter(&self) -> f64 {
-        let Some(Harmonics(mean)) = self.mean() else { return 0.0 };
-        let pairs = mean.as_flattened().iter().zip(self.squared_sums.as_flattened());
-        let moved: f64 =
-            pairs.map(|(mean, squared)| mean * mean * self.squared_weight - 2.0 * mean * squared).sum();
-        ((self.squares + moved).max(0.0) / 2.0).sqrt() / self.weight
-    }
+fn half_of_difference(Harmonics(even): &Harmonics, Harmonics(odd): &Harmonics) -> Harmonics {
+    let mut half = *even;
+    half.as_flattened_mut().iter_mut().zip(odd.as_flattened()).for_each(|(a, b)| *a = (*a - b) / 2.0);
+    Harmonics(half)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use abbe_core::sense::periods::Periods;
     use std::f64::consts::TAU;
 
     fn run(samples: u32, place: impl Fn(f64) -> f64) -> Stretches {
@@ -238,7 +233,16 @@ mod tests {
     }
 
     fn run_with(samples: u32, place: impl Fn(f64) -> f64, is_sound: impl Fn(u32) -> bool) -> Stretches {
-        let mut stretches = Stretches::default();
+        run_faster_than(0.0, samples, place, is_sound)
+    }
+
+    fn run_faster_than(
+        floor: f64,
+        samples: u32,
+        place: impl Fn(f64) -> f64,
+        is_sound: impl Fn(u32) -> bool,
+    ) -> Stretches {
+        let mut stretches = Stretches::faster_than(floor);
         (0..samples).for_each(|k| {
             let position = Periods((place(f64::from(k)) * 4_294_967_296.0).round() as i64);
             stretches.add(Placed { position, surprise: None, is_whole: true }, is_sound(k));
@@ -278,7 +282,7 @@ mod tests {
             poor(turns) + if is_sound(k as u32) { 0.0 } else { 0.01 * (TAU * turns).sin() }
         };
         let found = run_with(40_000, place, is_sound).agreed().unwrap();
-        assert!((7..11).contains(&found.left_out) && (0.85..0.91).contains(&found.share), "{found:?}");
+        assert!((31..34).contains(&found.left_out) && (0.85..0.91).contains(&found.share), "{found:?}");
         assert!(found.harmonics.sizes()[0] < 1e-6, "{found:?}");
         assert!(run(40_000, place).agreed().unwrap().harmonics.sizes()[0] > 5e-4);
         let none = run_with(4000, place, |k| k % 100 != 0).agreed();
@@ -289,18 +293,31 @@ mod tests {
     fn what_teaches_nothing_says_why() {
         assert!(matches!(
             run(3000, |k| 0.0001 * k).agreed(),
-            Err(NoStretch::Refused(SweepError::TooShort { .. }))
+            Err(NoStretch::Refused(SweepError::TooSlow { .. }))
         ));
         assert!(matches!(
             run(3000, |k| 0.125 * k).agreed(),
             Err(NoStretch::Refused(SweepError::Gaps { .. }))
         ));
-        let shaken = run(20_000, |k| 0.0371 * k + 0.3 * (k * 0.05).sin());
+        let shaken = run(20_000, |k| 0.0371 * k + 0.12 * (k * 0.4).sin());
         assert!(
-            matches!(shaken.agreed(), Err(NoStretch::Refused(SweepError::NotConstant { .. }))),
+            matches!(shaken.agreed(), Err(NoStretch::Refused(SweepError::NotSmooth { .. }))),
             "{:?}",
             shaken.agreed()
         );
-        assert!(Stretches::default().agreed().is_err());
+        let short = run(140, |k| 0.0371 * k).agreed();
+        assert!(matches!(short, Err(NoStretch::Refused(SweepError::TooShort { .. }))), "{short:?}");
+        assert!(Stretches::faster_than(0.0).agreed().is_err());
+    }
+
+    /// A servo with a third of the periods' rate as its bandwidth would follow; one with a twentieth does not.
+    #[test]
+    fn what_a_servo_follows_is_not_learned_from() {
+        let learned = |servo: f64| {
+            run_faster_than(BEYOND_SERVO * servo, 20_000, |k| poor(0.0371 * k), |_| true).agreed()
+        };
+        assert!(learned(0.0371 / 20.0).unwrap().share > 0.99);
+        let followed = learned(0.0371 / 3.0);
+        assert!(matches!(followed, Err(NoStretch::Followed { .. })), "{followed:?}");
     }
 }

@@ -1,87 +1,12 @@
 //! The first pass: what the samples reach, and whether they were cut off there.
 
 use super::paces::Paces;
+use super::rails::Channel;
 use super::samples::{CHANNELS, Fault, Sample, Samples, SamplesError};
 use crate::failure::Failure;
 
-/// How many times as many samples as at the next value make a pile. At the turn of a sine, the last code of a converter
-/// holds at most 2.4 times as many as the next one.
-const HIGHER: f64 = 3.0;
-/// What chance may have taken from the next value: so many of its own standard deviations, and so many samples.
-const CHANCE: f64 = 2.0;
-const FEW: f64 = 4.0;
 /// Steps of time that differ by more than this part are not even.
 const UNEVEN: f64 = 0.1;
-
-/// The value at one end of a channel, and how many samples lie there and at the next value.
-///
-/// A stage that rests at a crest leaves as many there as it likes, so the longest visit of a pile is no part of it: the
-/// rail is met each time that the signal comes back from the other half of its range.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct End {
-    /// The extreme.
-    pub(crate) value: f64,
-    count: u64,
-    next: f64,
-    next_count: u64,
-    /// Samples at the extreme since the signal came from the other half, and on the longest visit before.
-    visit: u64,
-    longest: u64,
-}
-
-impl End {
-    const NONE: Self =
-        Self { value: f64::NAN, count: 0, next: f64::NAN, next_count: 0, visit: 0, longest: 0 };
-
-    /// `beyond` says whether the first lies farther out than the second; it does not for a number that is none.
-    fn see(&mut self, value: f64, beyond: fn(f64, f64) -> bool) {
-        if self.count == 0 || beyond(value, self.value) {
-            let (next, next_count) = (self.value, self.count);
-            *self = Self { value, count: 1, next, next_count, visit: 1, longest: 0 };
-        } else if value == self.value {
-            self.count += 1;
-            self.visit += 1;
-        } else if self.next_count == 0 || beyond(value, self.next) {
-            (self.next, self.next_count) = (value, 1);
-        } else if value == self.next {
-            self.next_count += 1;
-        }
-    }
-
-    /// The signal is in the other half: the visit is over.
-    fn leave(&mut self) {
-        self.longest = self.longest.max(self.visit);
-        self.visit = 0;
-    }
-
-    /// The samples were cut off here: they pile up, on more than one visit.
-    fn is_cut(&self) -> bool {
-        let next = self.next_count as f64;
-        let pile = self.count - self.longest.max(self.visit);
-        pile as f64 > HIGHER * (next + CHANCE * next.sqrt() + FEW)
-    }
-}
-
-/// Both ends of a channel.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Channel {
-    /// Below.
-    pub(crate) low: End,
-    /// Above.
-    pub(crate) high: End,
-}
-
-impl Channel {
-    /// The middle of the ends.
-    pub(crate) fn middle(&self) -> f64 {
-        f64::midpoint(self.low.value, self.high.value)
-    }
-
-    /// Half of the way between the ends.
-    pub(crate) fn half(&self) -> f64 {
-        (self.high.value - self.low.value) / 2.0
-    }
-}
 
 /// The times of the samples, s.
 #[derive(Clone, Debug)]
@@ -89,7 +14,6 @@ pub(crate) struct Times {
     first: f64,
     last: f64,
     shortest: f64,
-    longest: f64,
     paces: Paces,
 }
 
@@ -151,8 +75,7 @@ impl Survey {
         bits: Option<u32>,
         advanced: &dyn Fn(u64),
     ) -> Result<Self, Failure> {
-        let none = Channel { low: End::NONE, high: End::NONE };
-        let mut survey = Self { samples: 0, channels: [none; 2], times: None, converter: None };
+        let mut survey = Self { samples: 0, channels: [Channel::NONE; 2], times: None, converter: None };
         let mut codes = bits.map(Codes::new);
         samples.each(advanced, |sample| {
             let here = |fault| samples.error(Some(sample.line), fault);
@@ -169,31 +92,24 @@ impl Survey {
 
     fn see(&mut self, sample: &Sample<'_>) -> Result<(), Fault> {
         self.samples += 1;
-        for (channel, value) in self.channels.iter_mut().zip(sample.channels) {
-            channel.low.see(value, |value, end| value < end);
-            channel.high.see(value, |value, end| value > end);
-            let middle = channel.middle();
-            if value < middle {
-                channel.high.leave();
-            } else if value > middle {
-                channel.low.leave();
-            }
+        let [a, b] = sample.channels;
+        let others = [self.channels[1].part(b), self.channels[0].part(a)];
+        for ((channel, value), other) in self.channels.iter_mut().zip(sample.channels).zip(others) {
+            channel.see(value, other);
         }
         let Some((t_s, _)) = sample.time else { return Ok(()) };
         let times = self.times.get_or_insert(Times {
             first: t_s,
             last: f64::NAN,
             shortest: f64::INFINITY,
-            longest: 0.0,
             paces: Paces::default(),
         });
         let before_s = std::mem::replace(&mut times.last, t_s);
         if t_s <= before_s {
             return Err(Fault::NotAscending { t_s, before_s });
         }
-        // Of the first sample it is no number, which neither takes.
+        // Of the first sample it is no number, which it does not take.
         times.shortest = times.shortest.min(t_s - before_s);
-        times.longest = times.longest.max(t_s - before_s);
         if !before_s.is_nan() {
             times.paces.add(t_s - before_s);
         }
@@ -239,12 +155,13 @@ impl Survey {
         Some(times.paces.usual_s().map_or(mean_hz, f64::recip))
     }
 
-    /// The samples lie at even distances of time, as far as is known.
+    /// The samples lie at even distances of time, as far as is known; gaps of missing ones do not count.
     pub(crate) fn is_even(&self) -> bool {
         self.times.as_ref().is_none_or(|times| {
-            let mean_s = (times.last - times.first) / (self.samples - 1) as f64;
-            let off = (times.longest - mean_s).max(mean_s - times.shortest);
-            off <= UNEVEN * mean_s
+            times.paces.usual_s().is_some_and(|usual_s| {
+                let longest_s = times.paces.longest_below_gap_s(usual_s);
+                (longest_s - usual_s).max(usual_s - times.shortest) <= UNEVEN * usual_s
+            })
         })
     }
 }
@@ -279,56 +196,5 @@ impl Codes {
     fn converter(&self) -> Converter {
         let coding = if self.negative { Coding::Signed } else { Coding::Unsigned };
         Converter { bits: self.bits, coding }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn high_end(values: impl Iterator<Item = f64>) -> End {
-        let mut end = End::NONE;
-        for value in values {
-            end.see(value, |value, end| value > end);
-            if value < 0.0 {
-                end.leave();
-            }
-        }
-        end
-    }
-
-    /// Thousands of samples at rest near a crest, one code of noise, before and between sweeps.
-    #[test]
-    fn a_stage_that_rests_at_a_crest_meets_no_rail() {
-        let sweep =
-            |limit: f64| (0..4000_u32).map(move |k| (99.8 * (f64::from(k) * 0.297).sin()).round().min(limit));
-        let rest = (0..3000_u32).map(|k| if k % 3 == 0 { 99.0 } else { 100.0 });
-        assert!(!high_end(rest.clone().chain(sweep(200.0))).is_cut());
-        assert!(!high_end(sweep(200.0).chain(rest.clone()).chain(sweep(200.0))).is_cut());
-        assert!(high_end(rest.map(|code| code.min(90.0)).chain(sweep(90.0))).is_cut());
-    }
-
-    #[test]
-    fn an_end_counts_its_value_and_the_next_in_any_order() {
-        for values in
-            [[1.0, 3.0, 2.0, 3.0, 2.0, 3.0], [3.0, 3.0, 2.0, 1.0, 2.0, 3.0], [2.0, 3.0, 1.0, 3.0, 3.0, 2.0]]
-        {
-            let end = high_end(values.into_iter());
-            assert_eq!((end.value, end.count, end.next, end.next_count), (3.0, 3, 2.0, 2), "{values:?}");
-        }
-    }
-
-    /// Every amplitude between two codes of a coarse converter, short files and long ones.
-    #[test]
-    fn codes_at_the_turn_of_a_sine_are_no_pile_and_cut_off_ones_are() {
-        for part in 0..50 {
-            for samples in [50_u32, 200, 2000, 50_000] {
-                let amplitude = 100.0 + f64::from(part) / 50.0;
-                let wave = |k: u32| (amplitude * (f64::from(k) * 0.297).sin()).round();
-                assert!(!high_end((0..samples).map(wave)).is_cut(), "{amplitude} {samples}");
-                let cut = high_end((0..samples).map(|k| wave(k).min(85.0)));
-                assert!(samples < 200 || cut.is_cut(), "{amplitude} {samples}: {cut:?}");
-            }
-        }
     }
 }

@@ -17,12 +17,21 @@ fn harmonics_are_not_learned_from_what_is_no_sweep() {
     write_rows(dir.path(), "shaken.csv", 6, &rows(&|k| 3.0 * (k * 0.011).sin()));
     write_rows(dir.path(), "stuck.csv", 6, &rows(&|k| 0.125 * k + 0.06));
     write_rows(dir.path(), "short.csv", 6, &rows(&|k| 0.0005 * k));
-    fs::write(dir.path().join("gap.csv"), gap(&rows(&|k| 0.0473 * k))).unwrap();
+    write_rows(dir.path(), "creeping.csv", 6, &rows(&|k| 0.003 * k));
+    write_rows(
+        dir.path(),
+        "sticking.csv",
+        6,
+        &rows(&|k| 0.13 + 4.0 * (k / 100.0).floor() + (k % 100.0 / 10.0).min(4.0)),
+    );
+    fs::write(dir.path().join("uneven.csv"), uneven(&rows(&|k| 0.0473 * k))).unwrap();
     for (file, names) in [
         ("shaken.csv", &["constant speed"][..]),
         ("stuck.csv", &["parts of the period", "another speed"]),
-        ("short.csv", &["4.0 periods", "8 are needed"]),
-        ("gap.csv", &["even distances of time"]),
+        ("short.csv", &["too slow", "take a faster sweep"]),
+        ("creeping.csv", &["too slow", "take a faster sweep"]),
+        ("sticking.csv", &["constant speed"]),
+        ("uneven.csv", &["even distances of time"]),
     ] {
         let names = [&[file, "--harmonics"], names].concat();
         let asked = ["encoder", file, "--period-um", "0.8", "--harmonics", "--positions", "new/p.csv"];
@@ -33,14 +42,54 @@ fn harmonics_are_not_learned_from_what_is_no_sweep() {
     }
 }
 
-/// Rows with a second without samples in the middle.
-fn gap(rows: &[[f64; 2]]) -> String {
+/// Rows of which every other one comes a quarter of a step late.
+fn uneven(rows: &[[f64; 2]]) -> String {
     let mut text = String::from("t_s,a,b\n");
     for (k, [a, b]) in (0_u32..).zip(rows) {
-        let late = if k < 4000 { 0.0 } else { 1.0 };
-        writeln!(text, "{:.4},{a},{b}", f64::from(k) * 1e-4 + late).unwrap();
+        let late = if k % 2 == 0 { 0.0 } else { 0.25e-4 };
+        writeln!(text, "{:.6},{a},{b}", f64::from(k) * 1e-4 + late).unwrap();
     }
     text
+}
+
+/// What is no fault of the motion: too noisy, too slow for its servo, without times.
+#[test]
+fn a_sweep_that_cannot_teach_says_what_to_do() {
+    let dir = tempfile::tempdir().unwrap();
+    Made { samples: 1500, noise: 0.05, ..MADE }.write(dir.path(), "noisy.csv");
+    Made { samples: 300, ..MADE }.write(dir.path(), "few.csv");
+    MADE.write(dir.path(), "s.csv");
+    let timeless = fs::read_to_string(dir.path().join("s.csv")).unwrap().replacen("t_s", "no", 1);
+    fs::write(dir.path().join("timeless.csv"), timeless).unwrap();
+    for (file, servo_hz, names) in [
+        ("noisy.csv", None, &["is known to ±", "a longer or a smoother sweep"][..]),
+        // 473 periods a second.
+        ("s.csv", Some("60"), &["the servo follows", "10 times --servo-hz", "take a faster sweep"]),
+        ("timeless.csv", Some("40"), &["--servo-hz", "`t_s`"]),
+    ] {
+        let servo = servo_hz.map_or_else(Vec::new, |hz| vec!["--servo-hz", hz]);
+        let asked = [&["encoder", file, "--period-um", "0.8", "--harmonics"], &servo[..]].concat();
+        refused(dir.path(), &asked, 1, &[&[file], names].concat());
+    }
+    // Cut off at 80 % of the amplitude of a, on one side.
+    let cut: Vec<[f64; 2]> = MADE.rows().into_iter().map(|[a, b]| [a.min(0.85), b]).collect();
+    write_rows(dir.path(), "cut.csv", 6, &cut);
+    let asked = ["encoder", "cut.csv", "--period-um", "0.8", "--method", "moments"];
+    let names =
+        ["whole periods evenly", "offsets are", "--method heydemann", "samples at full scale were left out"];
+    refused(dir.path(), &asked, 1, &names);
+    judged(dir.path(), "cut.csv", &[]);
+    // 1.4 periods are no even cover; 8.5 come as near as is taken.
+    Made { samples: 30, ..MADE }.write(dir.path(), "part.csv");
+    let asked = ["encoder", "part.csv", "--period-um", "0.8", "--method", "moments"];
+    refused(dir.path(), &asked, 1, &["whole periods evenly", "--method heydemann"]);
+    Made { samples: 180, ..MADE }.write(dir.path(), "nearly.csv");
+    judged(dir.path(), "nearly.csv", &["--method", "moments"]);
+    let slow_enough = judged(dir.path(), "s.csv", &["--harmonics", "--servo-hz", "40"]);
+    assert_eq!(slow_enough["notes"], serde_json::json!([]));
+    assert!((slow_enough["sweep_hz"].as_f64().unwrap() - 473.0).abs() < 4.0, "{slow_enough}");
+    let unasked = judged(dir.path(), "s.csv", &["--harmonics"]);
+    assert!(unasked["notes"][0].as_str().unwrap().contains("more than 47 Hz"), "{unasked}");
 }
 
 #[test]

@@ -14,6 +14,7 @@ mod encoder_memory;
 mod encoder_refusals;
 mod ended;
 mod folders;
+mod harmonics;
 mod pictures;
 mod presets;
 mod readings;

@@ -1,6 +1,6 @@
 //! An angle inside a signal period, and how it comes from a sine and a cosine: the nearest of 129 tangents whose angles are
-//! known, and a parabola from there. CORDIC (Volder, 1959), at which the table is aimed, needs no product, but 22 rotations:
-//! four times the time on a Cortex-M0+, which multiplies in a cycle.
+//! known, and a parabola from there. CORDIC (Volder, 1959), at which the table is aimed, needs no product, but 22 rotations
+//! one after the other; the Cortex-M0+ of the RP2040 multiplies in a cycle.
 
 use super::subdivide::Octant;
 use crate::wide;
