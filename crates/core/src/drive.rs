@@ -59,10 +59,7 @@ impl Drive {
         self.rate = self.rate.wrapping_add(change);
         let actuation = match config.stage {
             PowerStage::Steps => Actuation::Steps(StepRate(self.rate)),
-            PowerStage::Pwm { duty, held } => {
-                self.tell(held);
-                pwm(self.rate, duty)
-            }
+            PowerStage::Pwm { .. } => self.bridge(&config.stage),
         };
         AxisOutputs { actuation, piezo: 0, enable: true }
     }
@@ -76,12 +73,16 @@ impl Drive {
         self.told
     }
 
+    /// Out of line: a stepper's tick need not carry the product.
     #[inline(never)]
-    fn tell(&mut self, held: i32) {
+    fn bridge(&mut self, stage: &PowerStage) -> Actuation {
+        let PowerStage::Pwm { duty, held } = *stage else { return Actuation::Pwm(0) };
         let beyond = self.rate.wrapping_sub(within(self.rate, held));
         let part = beyond.wrapping_add(i32::from(self.part));
         self.told = self.told.wrapping_add(part >> 16);
         self.part = part as u16;
+        let duty = wide::mul_i32(self.rate, duty) >> 16;
+        Actuation::Pwm(duty.min(FULL).max(FULL.wrapping_neg()) as i16)
     }
 
     /// One tick with the drive off: no torque, no pulses.
@@ -89,13 +90,6 @@ impl Drive {
         self.rate = 0;
         AxisOutputs::OFF
     }
-}
-
-/// Out of line: a stepper's tick need not carry the product.
-#[inline(never)]
-fn pwm(rate: i32, duty: i32) -> Actuation {
-    let duty = wide::mul_i32(rate, duty) >> 16;
-    Actuation::Pwm(duty.min(FULL).max(FULL.wrapping_neg()) as i16)
 }
 
 #[cfg(test)]
