@@ -87,8 +87,9 @@ struct Run {
 impl Run {
     fn homed(preset: &str) -> Self {
         let plant = Plant::read("litho-120", preset).unwrap();
-        let twin = Twin::standing_at(&plant, 1e4, SEED, [0.3, 0.3]);
-        let controller = Controller::new(preset::settings(preset).unwrap().build().unwrap());
+        let config = preset::settings(preset).unwrap().build().unwrap();
+        let twin = Twin::standing_at(&plant, &config, SEED, [0.3, 0.3]);
+        let controller = Controller::new(config);
         let mut run = Self { twin, controller, outputs: Outputs::OFF };
         run.work(Command::Home, |_| ());
         run
