@@ -36,6 +36,8 @@ struct Grating {
     random: Pcg64Mcg,
     amplitude: f64,
     third: f64,
+    /// Added to the offset of the cosine.
+    offset: f64,
     noise: f64,
     /// Counts of the comparators, each with a hysteresis of 3 % of the amplitude.
     a: bool,
@@ -50,6 +52,7 @@ impl Grating {
             random: Pcg64Mcg::seed_from_u64(seed),
             amplitude: 1.0,
             third: 0.0,
+            offset: 0.0,
             noise: 0.003,
             a: false,
             b: false,
@@ -66,7 +69,7 @@ impl Grating {
         let later = angle + 4_f64.to_radians();
         let x = angle.cos() + self.third * (3.0 * angle).cos();
         let y = later.sin() - self.third * (3.0 * later).sin();
-        [self.amplitude * x + 0.05, self.amplitude * 1.08 * y - 0.03]
+        [self.amplitude * x + 0.05 + self.offset, self.amplitude * 1.08 * y - 0.03]
     }
 
     /// The head goes to a place; the comparators see all that lies between.
@@ -213,6 +216,25 @@ fn a_learned_table_takes_a_third_harmonic_off_in_the_tick() {
     taught.grating.third = 0.01;
     let taught = inside_a_period(&mut taught, 40_000);
     assert!((1.0..2.0).contains(&untaught) && taught <= 0.1, "{untaught} nm, with the table {taught} nm");
+}
+
+/// A fixed correction is not changed, but who watches the signals sees that they are no longer what they were.
+#[test]
+fn without_tracking_the_live_ellipse_is_graded_and_nothing_else() {
+    let poor = Ellipse { p: 0.05 * RADIUS, q: -0.03 * RADIUS, ..Ellipse::circle(RADIUS) };
+    let mut run = Run::new(31, Config { ellipse: poor, tracks: false, ..CONFIG }, 0.0);
+    (0..6000).for_each(|_| assert_eq!(run.step(run.at + 30.0, true).1, None));
+    assert_eq!((run.report().warn, run.report().fail), (Findings::NONE, Findings::NONE));
+    run.grating.offset = 0.15;
+    let mut inside = [f64::MAX, f64::MIN];
+    for _ in 0..6000 {
+        let (off, fault) = run.step(run.at + 30.0, true);
+        assert_eq!(fault, None);
+        inside = [inside[0].min(off), inside[1].max(off)];
+    }
+    assert!(run.report().warn.has(Findings::OFFSET), "{:?}", run.report());
+    // 15 % of the radius beside the corrected circle: ± 19 nm stay in the position.
+    assert!(inside[1] - inside[0] > 30.0, "{inside:?}");
 }
 
 #[test]

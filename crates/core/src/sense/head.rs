@@ -33,7 +33,7 @@ pub struct Config {
     pub sample_limit: u16,
     /// Paper B's second limit filter, on the steps of `factor`.
     pub count_limit: bool,
-    /// Follow drift: let the recursion change the correction.
+    /// Follow drift: let the recursion change the correction. Without it the recursion only looks, for the grade.
     pub tracks: bool,
 }
 
@@ -64,6 +64,7 @@ pub struct Head {
     /// A block is whole, and none is begun until its [`Refined`] comes.
     ready: bool,
     recursive: Recursive,
+    tracks: bool,
     course: Course,
     last: Periods,
     /// 2³² / factor, for the position of a step.
@@ -93,6 +94,7 @@ impl Head {
             gather: Gather::new(centre, libm::round(radius) as u16),
             ready: false,
             recursive,
+            tracks: config.tracks,
             course: Course::default(),
             last: Periods(0),
             step: u32::MAX.checked_div(u32::from(config.factor)).unwrap_or(0),
@@ -124,7 +126,7 @@ impl Head {
         // Gathering can wait for a tick that has nothing else to do: no tick does all that a tick may do.
         let busy = meets || self.health.ends_block();
         // What the converter has cut off, or a filter put in its place, draws no ellipse.
-        if config.tracks && !self.ready && !busy && !seen.clipped && !self.replaced && self.is_slow(config) {
+        if !self.ready && !busy && !seen.clipped && !self.replaced && self.is_slow(config) {
             self.ready = self.gather.sample(sample, polar, self.nominal);
         }
         self.last = position;
@@ -269,14 +271,16 @@ impl Head {
     pub fn take_refined(&mut self, refined: Refined) {
         self.ready = false;
         self.gather.begin();
-        if !self.recursive.has_learned() {
+        if self.tracks && !self.recursive.has_learned() {
             self.health.forget();
         }
         self.recursive = refined.recursive;
         if let Some(changed) = refined.changed {
-            self.correction = changed.correction;
-            self.nominal = changed.nominal;
             self.health.take_shape(changed.shape);
+            if self.tracks {
+                self.correction = changed.correction;
+                self.nominal = changed.nominal;
+            }
         }
         self.gather.has_fitted(self.nominal);
     }
@@ -288,7 +292,7 @@ impl Head {
         }
     }
 
-    /// The ellipse in use.
+    /// The ellipse of the signals as the recursion has it; in use, if the head tracks.
     pub fn ellipse(&self) -> &Ellipse {
         self.recursive.ellipse()
     }
