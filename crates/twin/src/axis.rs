@@ -116,8 +116,18 @@ impl Mechanics {
             bristles: 0.0,
         };
         let nut = mechanics.place + noise.uniform(-0.5, 0.5) * mechanics.backlash;
-        mechanics.motor.turn_to(nut / lead);
+        mechanics.turn_nut_to(nut);
         mechanics
+    }
+
+    /// Turns the motor to where the nut is at a place, m. A nut beyond the backlash would push the slide at power-on.
+    fn turn_nut_to(&mut self, place: f64) {
+        self.motor.turn_to(place / self.lead);
+        // The screw's error of a turn is a thousandth of it: each time what is left of it becomes a hundredth.
+        for _ in 0..4 {
+            let left = (place - self.nut()) / self.lead;
+            self.motor.turn_to(self.motor.angle() + left);
+        }
     }
 
     /// Switches the power stage: a stepper starts at `pulses` emitted so far, a bridge has `duty`, full scale ±2¹⁵.

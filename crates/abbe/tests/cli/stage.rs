@@ -38,8 +38,8 @@ fn paper_b_s_stage_homes_and_grades_its_signals() {
     let dir = tempfile::tempdir().unwrap();
     let found = done(dir.path(), &["home", "--twin", "--preset", "litho-120", "--times", "2"]);
     for axis in ["x", "y"] {
-        // The reference mark repeats to a count of 0.2 µm, and the count in which it is seen to another.
-        assert!(number(&found[axis]["largest_zero_shift_um"]) < 0.45, "{found}");
+        // Row B9: to one count, of 0.2 µm.
+        assert!(number(&found[axis]["largest_zero_shift_um"]) < 0.25, "{found}");
         // The twin's converter loses a sample now and then.
         let signals = &found["signals"][axis];
         assert!(

@@ -17,6 +17,8 @@ const CLOCKS: u64 = 1000;
 const CLOCK_HZ: u32 = 10_000_000;
 /// Ticks in which the head learns its ellipse, before anything happens.
 pub(crate) const LEARNS: u32 = 6000;
+/// Tick in which every second head stops to follow its ellipse.
+const ADJUSTED: u32 = LEARNS - 1500;
 /// Change of the speed in a tick, mm/s: 100 mm/s².
 const CHANGE: f64 = 0.01;
 /// Paper B's grating.
@@ -167,6 +169,9 @@ impl Bench {
     }
 
     pub(crate) fn tick(&mut self, tick: u32) -> Seen {
+        if tick == ADJUSTED && self.noise.chance(0.5) {
+            self.adjust();
+        }
         let mm_s = self.motion.go_on(tick);
         self.place_um += mm_s * 1e3 / TICK_HZ + self.go_on();
         self.scale.move_to(self.place_um, CLOCKS);
@@ -189,6 +194,12 @@ impl Bench {
             findings: self.findings(),
             off_um: (off - self.zero_um.unwrap_or(off)).abs(),
         }
+    }
+
+    /// From now on the correction stays as it was found: a head that somebody has adjusted, and that tracks no more.
+    fn adjust(&mut self) {
+        self.config = Config { ellipse: *self.head.ellipse(), tracks: false, ..self.config };
+        self.head = Head::new(&self.config);
     }
 
     fn findings(&self) -> Findings {

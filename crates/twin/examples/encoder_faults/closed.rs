@@ -16,6 +16,8 @@ enum What {
     Plug,
     /// Both channels stay at their last codes; the comparators go on.
     Freezes,
+    /// One sample of one channel is wrong, by up to the converter's range.
+    Spike,
     /// Noise at the comparators, 20 … 50 % of the amplitude, for the rest of the time.
     Chatter,
 }
@@ -40,7 +42,7 @@ pub(crate) struct Row {
     within_um: f64,
 }
 
-const ROWS: [Row; 4] = [
+const ROWS: [Row; 5] = [
     Row {
         name: "plug pulled in a move, level anywhere",
         what: What::Plug,
@@ -61,6 +63,14 @@ const ROWS: [Row; 4] = [
         when: When::Moving,
         within_ms: Some(10.0),
         within_um: 0.6,
+    },
+    Row {
+        name: "one wild sample in a move",
+        what: What::Spike,
+        when: When::Moving,
+        within_ms: None,
+        // A phase lies within half a period of its count's middle, and the head within an eighth and the hysteresis.
+        within_um: 0.55,
     },
     Row {
         name: "comparators chatter, noise of 20 … 50 %",
@@ -170,6 +180,10 @@ impl Loop {
             }
             What::Freezes => {
                 [Channel::Cosine, Channel::Sine].map(|channel| head(HeadEvent::Stick { channel })).to_vec()
+            }
+            What::Spike => {
+                let channel = if self.noise.chance(0.5) { Channel::Cosine } else { Channel::Sine };
+                vec![head(HeadEvent::Spike { channel, part: self.noise.uniform(-2.0, 2.0) })]
             }
             What::Chatter => vec![head(HeadEvent::Chatter { part: self.noise.uniform(0.2, 0.5) })],
         };

@@ -60,6 +60,13 @@ pub enum HeadEvent {
     },
     /// Both channels convert again.
     Unstick,
+    /// The next sample of a channel is wrong by this part of the converter's full scale: a spark, a bit that fell over.
+    Spike {
+        /// Which.
+        channel: Channel,
+        /// −2 … 2; the converter ends where it ends.
+        part: f64,
+    },
     /// The converter delivers nothing for some ticks.
     LoseSamples {
         /// How many.
@@ -89,6 +96,8 @@ pub(super) struct Faults {
     pub(super) unplugged: Option<f64>,
     dirt: Option<Dirt>,
     stuck: [bool; 2],
+    /// What the next sample is wrong by, codes.
+    spikes: [i16; 2],
     /// What was shown last.
     codes: [i16; 2],
     lose: u32,
@@ -104,6 +113,7 @@ impl Default for Faults {
             unplugged: None,
             dirt: None,
             stuck: [false; 2],
+            spikes: [0; 2],
             codes: [0; 2],
             lose: 0,
         }
@@ -120,6 +130,8 @@ impl Faults {
             HeadEvent::Amplify { factor } => self.amplifier = factor,
             HeadEvent::Stick { channel: Channel::Cosine } => self.stuck[0] = true,
             HeadEvent::Stick { channel: Channel::Sine } => self.stuck[1] = true,
+            HeadEvent::Spike { channel: Channel::Cosine, part } => self.spikes[0] = codes_of(part),
+            HeadEvent::Spike { channel: Channel::Sine, part } => self.spikes[1] = codes_of(part),
             HeadEvent::Unstick => self.stuck = [false; 2],
             HeadEvent::LoseSamples { ticks } => self.lose = ticks,
             HeadEvent::Unplugged { level } => self.unplugged = Some(level),
@@ -146,6 +158,12 @@ impl Faults {
                 *shown = code;
             }
         }
-        self.codes
+        let spikes = std::mem::take(&mut self.spikes);
+        [0, 1].map(|channel| self.codes[channel].saturating_add(spikes[channel]))
     }
+}
+
+/// A part of the converter's full scale.
+fn codes_of(part: f64) -> i16 {
+    (part * 32_768.0) as i16
 }
