@@ -36,7 +36,7 @@ pub enum PowerStage {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Drive {
     rate: i32,
-    /// What a DC motor was told to go, beyond what friction may hold: pulses, and their 16 fractional bits.
+    /// What a DC motor was told to go, at rates that friction cannot hold: pulses, and their 16 fractional bits.
     told: i32,
     part: u16,
 }
@@ -77,10 +77,11 @@ impl Drive {
     #[inline(never)]
     fn bridge(&mut self, stage: &PowerStage) -> Actuation {
         let PowerStage::Pwm { duty, held } = *stage else { return Actuation::Pwm(0) };
-        let beyond = self.rate.wrapping_sub(within(self.rate, held));
-        let part = beyond.wrapping_add(i32::from(self.part));
-        self.told = self.told.wrapping_add(part >> 16);
-        self.part = part as u16;
+        if within(self.rate, held) != self.rate {
+            let part = self.rate.wrapping_add(i32::from(self.part));
+            self.told = self.told.wrapping_add(part >> 16);
+            self.part = part as u16;
+        }
         let duty = wide::mul_i32(self.rate, duty) >> 16;
         Actuation::Pwm(duty.min(FULL).max(FULL.wrapping_neg()) as i16)
     }
@@ -127,11 +128,11 @@ mod tests {
     }
 
     #[test]
-    fn what_friction_may_hold_is_not_told_and_the_rest_is_to_the_last_part() {
+    fn what_friction_may_hold_is_not_told_and_all_else_is_to_the_last_part() {
         // Pulses a tick: 2.5 to hold.
         let stage = PowerStage::Pwm { duty: 3277, held: 5 << 15 };
         let config = Config { fastest: 1 << 29, change: 1 << 29, stage };
-        for (pulses, told) in [(2.5, 0), (-2.0, 0), (3.0, 500), (-3.0, -500), (2.5 + 1.0 / 1024.0, 0)] {
+        for (pulses, told) in [(2.5, 0), (-2.0, 0), (3.0, 3000), (-3.0, -3000), (2.5 + 1.0 / 1024.0, 2500)] {
             let mut drive = Drive::default();
             let speed = libm::round(libm::ldexp(pulses, SPEED_BITS as i32)) as i64;
             (0..1000).for_each(|_| _ = drive.on(speed, &config));

@@ -30,6 +30,9 @@ pub struct Config {
 /// Travels of a tick that the guard tells apart, picometres: half a millimetre, 5 m/s at 10 kHz.
 pub const MOST_PM: i32 = 500_000_000;
 
+/// Counts that are no motion: a line that floats at an edge trembles by one, and back.
+const TREMBLES: u32 = 1;
+
 /// What one pulse or count is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -79,6 +82,8 @@ pub struct Watch<'a> {
 pub struct Guard {
     /// Pulses when the encoder last moved.
     pulses_at_motion: i32,
+    /// Counts since then.
+    counts_since: i32,
     /// Pulses of the last tick, to see what was commanded since.
     last_pulses: i32,
     /// Commanded minus measured travel, against its own slow mean: screw pitch and scale errors are slow, steps are
@@ -130,8 +135,10 @@ impl Guard {
 
     /// Pulses commanded since the encoder last moved.
     fn frozen(&mut self, sensed: &Sensed) -> u32 {
-        if sensed.moved != 0 {
+        self.counts_since = self.counts_since.wrapping_add(sensed.moved);
+        if self.counts_since.unsigned_abs() > TREMBLES {
             self.pulses_at_motion = sensed.pulses;
+            self.counts_since = 0;
         }
         sensed.pulses.wrapping_sub(self.pulses_at_motion).unsigned_abs()
     }
@@ -162,6 +169,7 @@ impl Guard {
     fn forget(&mut self, sensed: &Sensed) {
         self.slip_pm = 0;
         self.pulses_at_motion = sensed.pulses;
+        self.counts_since = 0;
         self.last_pulses = sensed.pulses;
     }
 
@@ -269,6 +277,9 @@ mod tests {
         let frozen = |tick| Sensed { pulses: tick, ..Sensed::default() };
         assert_eq!(trip(128, frozen, &WATCH), None);
         assert_eq!(trip(140, frozen, &WATCH), Some(Fault::EncoderLost { axis: 0 }));
+        let trembling =
+            |tick| Sensed { pulses: tick, moved: if tick % 2 == 0 { 1 } else { -1 }, ..Sensed::default() };
+        assert_eq!(trip(140, trembling, &WATCH), Some(Fault::EncoderLost { axis: 0 }));
         let slipping = |tick| Sensed { pulses: 2 * tick, moved: 1, ..Sensed::default() };
         assert_eq!(trip(400, slipping, &WATCH), Some(Fault::Stall { axis: 0 }));
         // 312.5 nm and 3.125 counts a pulse, as it should be: 25 counts for 8 pulses.

@@ -237,6 +237,32 @@ fn without_tracking_the_live_ellipse_is_graded_and_nothing_else() {
     assert!(inside[1] - inside[0] > 30.0, "{inside:?}");
 }
 
+/// However far an offset jumps, it is graded for what it is, and taken off by a head that tracks.
+#[test]
+fn an_offset_that_jumps_off_the_circle_is_found() {
+    for (total, tracks) in [(0.25, true), (0.35, true), (0.45, true), (0.35, false), (0.45, false)] {
+        for step in [7.0, 30.0] {
+            let poor = Ellipse { p: 0.05 * RADIUS, q: -0.03 * RADIUS, ..Ellipse::circle(RADIUS) };
+            let mut run = Run::new(37, Config { ellipse: poor, tracks, ..CONFIG }, 0.0);
+            (0..20_000).for_each(|_| assert_eq!(run.step(run.at + step, true).1, None));
+            run.grating.offset = total - 0.05;
+            (0..60_000).for_each(|_| _ = run.step(run.at + step, true));
+            let report = run.report();
+            let found = report.warn.and(report.fail).has(Findings::OFFSET) && report.grade() >= Grade::Warn;
+            assert!(found, "{total}, {tracks}, {step}: {report:?}");
+            assert_eq!(
+                report.fail.has(Findings::OFFSET),
+                total > 0.26,
+                "{total}, {tracks}, {step}: {report:?}"
+            );
+            let (low, high) = (0..2000)
+                .map(|_| run.step(run.at + step, true).0)
+                .fold((f64::MAX, f64::MIN), |(low, high), off| (low.min(off), high.max(off)));
+            assert!(!tracks || high - low < 12.0, "{total}, {step}: {} nm", high - low);
+        }
+    }
+}
+
 #[test]
 fn what_the_converter_cuts_off_does_not_bend_the_ellipse() {
     let config = Config { ellipse: Ellipse::circle(1.45 * RADIUS), ..CONFIG };

@@ -64,7 +64,7 @@ mod tests {
     fn devices_are_read_by_their_kind() {
         let [x, _] = settings(LITHO_120).unwrap().axes;
         assert!(matches!(x.encoder, Encoder::Analogue(analogue) if analogue.factor == 160), "{x:?}");
-        assert_eq!(x.motor, Motor::Dc { full_speed_mm_s: 14.0, friction_mm_s: 2.0 });
+        assert_eq!(x.motor, Motor::Dc { full_speed_mm_s: 14.0, friction_mm_s: 1.5 });
     }
 
     #[test]

@@ -39,6 +39,8 @@ pub const FARTHEST: f64 = 0.1;
 /// fit, when nobody knows the circle yet, than half of it. Bits of the radius.
 const OFF_CIRCLE: u32 = 2;
 const OFF_CIRCLE_AT_FIRST: u32 = 1;
+/// So many of them before a block is whole are no disturbance: the circle itself has moved, and the gate opens as at first.
+const STRANGE: u16 = 400;
 
 /// Gathers samples in the tick until they are worth a fit.
 #[derive(Clone, Copy, Debug)]
@@ -49,6 +51,8 @@ pub struct Gather {
     shares: Shares,
     /// How far a sample may be off the circle: see [`OFF_CIRCLE`]. With [`CODE_BITS`].
     off_circle: u32,
+    /// Samples off the circle since the block began.
+    strange: u16,
     /// Phase of the last sample that was added.
     added: Phase,
 }
@@ -62,6 +66,7 @@ impl Gather {
             empty,
             shares: Shares::NONE,
             off_circle: u32::from(radius) << CODE_BITS >> OFF_CIRCLE_AT_FIRST,
+            strange: 0,
             added: Phase(0),
         }
     }
@@ -76,7 +81,12 @@ impl Gather {
             return self.block.samples() >= FEWEST && self.shares.poor == 0;
         }
         let way = polar.phase.way_from(self.added).unsigned_abs();
-        if way >= SLOWEST && polar.radius.abs_diff(nominal) <= self.off_circle {
+        if way < SLOWEST {
+            return false;
+        }
+        if polar.radius.abs_diff(nominal) > self.off_circle {
+            self.see_strange(polar.phase, nominal);
+        } else {
             self.added = polar.phase;
             if self.shares.take(polar.phase.octant()) {
                 self.block.begin_shared(sample.cos, sample.sin);
@@ -85,6 +95,17 @@ impl Gather {
             }
         }
         false
+    }
+
+    /// A single one is left out. Were they all, an offset that jumps by a third would never be seen.
+    #[cold]
+    fn see_strange(&mut self, phase: Phase, nominal: u32) {
+        self.added = phase;
+        self.strange = self.strange.wrapping_add(1);
+        if self.strange >= STRANGE {
+            self.off_circle = nominal >> OFF_CIRCLE_AT_FIRST;
+            self.begin();
+        }
     }
 
     #[cold]
@@ -104,6 +125,7 @@ impl Gather {
     pub fn begin(&mut self) {
         self.block = self.empty;
         self.shares = Shares::NONE;
+        self.strange = 0;
     }
 
     /// There was a fit: the circle is known, with `nominal` as its radius.
