@@ -67,7 +67,7 @@ pub enum Path {
 /// An arc.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Arc {
-    /// Its centre. From I and J exactly; from R to the nearest picometre.
+    /// Its centre. From I and J exactly; from R within a picometre in x and y.
     pub centre: Place,
     /// Its sense.
     pub turn: Turn,

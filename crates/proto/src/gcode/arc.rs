@@ -105,7 +105,7 @@ fn halfway(one: Pos, other: Pos, twice: i128) -> Pos {
     Pos::from_pm((sum >> 1) as i64)
 }
 
-/// `side · √(over / under)` to the nearest pm, for |side| ≤ √under. Both roots are taken of 126 bits, so that a short
+/// `side · √(over / under)`, cut to whole pm, for |side| ≤ √under. Both roots are taken of 126 bits, so that a short
 /// chord of a large circle loses nothing: relative error below 2⁻⁶⁰.
 fn scaled_by_root(side: i128, over: u128, under: u128) -> i128 {
     if over == 0 || under == 0 {
@@ -116,9 +116,8 @@ fn scaled_by_root(side: i128, over: u128, under: u128) -> i128 {
     let under_root = (under << under_shift << under_shift).isqrt();
     let size = side.unsigned_abs() << under_shift;
     let quotient = size.saturating_mul(over_root).checked_div(under_root).unwrap_or(0);
-    let half = (1_u128 << over_shift) >> 1;
-    let rounded = (quotient.saturating_add(half) >> over_shift).cast_signed();
-    if side < 0 { rounded.saturating_neg() } else { rounded }
+    let whole = (quotient >> over_shift).cast_signed();
+    if side < 0 { whole.saturating_neg() } else { whole }
 }
 
 /// By how many pairs of bits a number can go up and stay below 2¹²⁶.

@@ -234,7 +234,7 @@ impl Fault {
             ),
             Self::NearlyFull { gap } => write!(
                 f,
-                "the arc ends {} mm before its beginning, which may mean a full circle or none; \
+                "the arc ends {} mm from its beginning, which may mean a full circle or none; \
                  leave X and Y out for a full circle, or use G1",
                 InMm(gap)
             ),

@@ -232,7 +232,7 @@ pub static TABLE: &[Row] = &[
     g(611, Group::Corner, Word::ExactStop, "", "the same"),
     g(640, Group::Corner, Word::Blend, "[P]", "rounds corners, P off them at most; without P as the stage is set"),
     m(0, Group::Stop, Word::Pause, "waits until the user goes on"),
-    m(2, Group::Stop, Word::End, "ends the program; G1, G17, G54, G90, G91.1, G94 are in force again"),
+    m(2, Group::Stop, Word::End, "ends the program; G1, G17, G54, G90, G91.1, G94 are in force again, offsets and feed stay"),
     m(30, Group::Stop, Word::End, "the same"),
     m(5, Group::Spindle, Word::SpindleOff, "nothing; there is no spindle"),
     m(9, Group::Coolant, Word::CoolantOff, "nothing; there is no coolant"),

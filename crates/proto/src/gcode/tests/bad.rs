@@ -69,6 +69,7 @@ const LINES: &[(&str, &str, &str)] = &[
     ("", "G10 L2 P1.5 X1", "column 8: P1.5 is not a coordinate system, 0 to 6; correct the number"),
     ("", "G92", "column 1: G92 needs X or Y in its block; add what is missing"),
     ("", "G92 G1 X1", "column 5: G1 and G92 both want X and Y; write them on two lines"),
+    ("", "G1 G92 X1", "column 4: G1 and G92 both want X and Y; write them on two lines"),
     ("", "G28 G0 X1", "column 5: G0 and G28 both want X and Y; write them on two lines"),
     // Motion.
     ("G80", "X1", "column 1: G80 has switched motion off; write G0, G1, G2 or G3 before X and Y"),
@@ -100,8 +101,10 @@ const LINES: &[(&str, &str, &str)] = &[
     ("G1 F9", "G2 X20 Y0 I4", "column 11: the arc begins 4.000000 mm from its centre and ends 16.000000 mm from it, 12.000000 mm differ and 0.003000 mm may; correct I, J, X or Y"),
     ("G1 F9", "G3 X1.0031 Y1 J1", "column 15: the arc begins 1.000000 mm from its centre and ends 1.003100 mm from it, 0.003100 mm differ and 0.003000 mm may; correct I, J, X or Y"),
     ("G1 F9", "G3 X.0112 Y.01 J.01", "column 16: the arc begins 0.010000 mm from its centre and ends 0.011200 mm from it, 0.001200 mm differ and 0.001000 mm may; correct I, J, X or Y"),
-    ("G1 F9", "G3 Y-.001 I-1", "column 11: the arc ends 0.001000 mm before its beginning, which may mean a full circle or none; leave X and Y out for a full circle, or use G1"),
-    ("G1 F9", "G2 X.001 I-1", "column 10: the arc ends 0.001000 mm before its beginning, which may mean a full circle or none; leave X and Y out for a full circle, or use G1"),
+    ("G1 F9", "G3 Y-.001 I-1", "column 11: the arc ends 0.001000 mm from its beginning, which may mean a full circle or none; leave X and Y out for a full circle, or use G1"),
+    ("G1 F9", "G2 X.001 I-1", "column 10: the arc ends 0.001000 mm from its beginning, which may mean a full circle or none; leave X and Y out for a full circle, or use G1"),
+    ("G1 F9", "G3 X.0005 I-1", "column 11: the arc ends 0.000500 mm from its beginning, which may mean a full circle or none; leave X and Y out for a full circle, or use G1"),
+    ("G1 F9", "G2 X-.0005 I-1", "column 12: the arc ends 0.000500 mm from its beginning, which may mean a full circle or none; leave X and Y out for a full circle, or use G1"),
     // Sines.
     ("G1 F9", "G5.5 X10 L2", "column 1: G5.5 needs P, the amplitude in its block; add what is missing"),
     ("G5.5 F9", "X10 P1", "column 1: G5.5 needs L, the period in its block; add what is missing"),
