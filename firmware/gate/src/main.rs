@@ -22,6 +22,7 @@ use abbe_core::machine::{Event, State, transition};
 use abbe_core::plan::LinePlan;
 use abbe_core::publish::{End, Fault, HomingFailure};
 use abbe_core::{Command, Controller, Inputs, Outputs, Pos, Refusal, background};
+use abbe_proto::gcode::{self, Modes};
 use abbe_proto::record::{
     Decoder, Encoder, Entry, Event as Recorded, Full, OutputsHash, Replay, SliceSink, apply,
 };
@@ -41,6 +42,7 @@ fn every_public_entry() {
     map();
     front();
     words();
+    programs();
 }
 
 fn stage<const N: usize>() {
@@ -174,6 +176,42 @@ fn front() {
     black_box(words.as_slice());
     let mut decoder = black_box(DecoderWords::new(black_box(1)));
     black_box(decoder.read(black_box(2), black_box(&[3, 4]), black_box(true)));
+}
+
+fn programs() {
+    let mut state = black_box(gcode::State::new(black_box([Pos::ZERO; 2])));
+    while black_box(true) {
+        match gcode::parse(black_box(b"G1 X1 F1")) {
+            Ok(block) => {
+                black_box((block.line_number(), block.is_deleted(), block.is_percent(), block.is_empty()));
+                black_box(&gcode::interpret(&mut state, black_box(&block)));
+            }
+            Err(error) => _ = write!(Nowhere, "{}", black_box(error)),
+        }
+        black_box(&gcode::read(&mut state, black_box(b"G2 X1 R1")));
+        _ = write!(Nowhere, "{}", black_box(Modes(&state)));
+        black_box((
+            state.position(),
+            state.origin(),
+            state.shift(),
+            state.feed(),
+            state.corner(),
+            state.unit(),
+        ));
+        black_box((state.in_force(black_box(gcode::Group::Motion)), state.system()));
+        black_box((state.origin_of(black_box(0)), state.reference(black_box(0))));
+        state.set_position(black_box([Pos::ZERO; 2]));
+        state.set_origin(black_box(0), black_box([Pos::ZERO; 2]));
+        state.set_reference(black_box(0), black_box([Pos::ZERO; 2]));
+        state.skip_deleted(black_box(true));
+    }
+    let number = black_box(gcode::Number::from_billionths(black_box(1)));
+    black_box((number.whole(), number.billionths(), number.length(black_box(gcode::Unit::Inch))));
+    black_box(gcode::slack(black_box(Pos::ZERO), black_box(gcode::Unit::Inch)));
+    for row in black_box(gcode::TABLE) {
+        _ = write!(Nowhere, "{}{}", row.name, row.group.name());
+        black_box((gcode::name_of(row.word), row.group.is_modal()));
+    }
 }
 
 /// Where the image would start.
