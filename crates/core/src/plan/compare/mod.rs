@@ -1,8 +1,8 @@
 //! Point-by-point comparison (逐点比较法, paper row A7): straight lines and arcs in whole counts, one axis a step.
 //!
 //! A step takes four: *judge* the deviation, *feed* one step, compute the new *deviation*, *test for the end*.
-//! [`Line::next_step`] and [`Arc::next_step`] read so. There is no product, quotient or root in them; what a
-//! constructor computes stays outside the tick.
+//! [`Line::next_step`] and [`Arc::next_step`] read so, in sums and comparisons alone. Constructors multiply;
+//! they belong outside the tick.
 //!
 //! # Judged in the middle
 //!
@@ -48,11 +48,12 @@
 //! A line takes a + b steps, and F tells each axis that has arrived from the one that has not: with x = a and y < b,
 //! 2 F ≤ −2 a; with y = b and x < a, 2 F ≥ 2 b. So the count of steps ends it, on its end.
 //!
-//! Along the diagonals of a quadrant F grows by 2 (u + v) + 2 from point to point, so that each has exactly one drawn point.
-//! They are a closed ring, the same both ways round. The ring cuts an axis at r, the whole number nearest to R, and
-//! a quadrant has 2 r steps. Where a point is in the ring follows from its quadrant, u and v; the difference of two
-//! such places is the number of steps, known beforehand and never more than 8 r. An end beside the ring, by one count at
-//! most, is next to a drawn point: the arc goes there and takes one step more. See [`Arc::new`].
+//! Each step of an arc leads to the next diagonal of its quadrant, where u − v is one less. Along a diagonal F grows by
+//! 2 (u + v) + 2 from point to point, so that none has two drawn points: whoever walks, either way, meets the same ones.
+//! They are a closed ring. It cuts an axis at r, the whole number nearest to R, and a quadrant has 2 r steps. Where a
+//! point is in the ring follows from its quadrant, u and v; the difference of two such places is the number of
+//! steps, known beforehand and never more than 8 r. It is counted down, so every arc ends, and on its end. An end beside
+//! the ring, by one count at most, is next to a drawn point: the arc goes there and takes one step more. See [`Arc::new`].
 
 mod arc;
 mod circle;
@@ -67,8 +68,8 @@ use core::fmt;
 
 /// Coordinates lie within ± this, and radii: 2³⁰ counts, 1.07 m in nanometres.
 ///
-/// So a line has at most 2³¹ steps an axis, and twice its deviation stays below 2³³. The points of an arc have
-/// |x| + |y| < √2 (2³⁰ + 1), which bounds its deviation, and what is judged stays below 2³². All fit 64 bit by far.
+/// So a line has at most 2³¹ steps an axis, and what it judges stays below 2³³. The points of an arc have
+/// |x| + |y| < √2 (2³⁰ + 1), which bounds its deviation; what it judges stays below 2³². All fit 64 bit by far.
 pub const FARTHEST: i64 = 1 << 30;
 
 /// One of the two axes of a plane.
