@@ -20,8 +20,10 @@ use abbe_core::front::quadrature::{FilterError, filter_for, levels};
 use abbe_core::front::{Decode, DecoderWords, QuadratureCounter, Runs, Setup, StepEmitter, emitter};
 use abbe_core::machine::{Event, State, transition};
 use abbe_core::plan::LinePlan;
+use abbe_core::plan::chords::{Chords, Wave, WaveError};
+use abbe_core::plan::compare::{Arc, Axis, Circle, CircleError, Line, Step, TooFar, Turn};
 use abbe_core::publish::{End, Fault, HomingFailure};
-use abbe_core::{Command, Controller, Inputs, Outputs, Pos, Refusal, background};
+use abbe_core::{Command, Controller, Counts, Inputs, Outputs, Pos, Refusal, background};
 use abbe_proto::gcode::{self, Modes};
 use abbe_proto::record::{
     Decoder, Encoder, Entry, Event as Recorded, Full, OutputsHash, Replay, SliceSink, apply,
@@ -40,6 +42,7 @@ fn every_public_entry() {
     recorder::<2>();
     recorder::<3>();
     map();
+    point_by_point();
     front();
     words();
     programs();
@@ -124,6 +127,47 @@ fn map() {
     black_box(map.error_at(black_box(Pos::ZERO)));
     black_box(map.stage_from_scale(black_box(Pos::ZERO)));
     black_box(map.scale_from_stage(black_box(Pos::ZERO)));
+}
+
+fn point_by_point() {
+    let [from, to] = black_box([[Counts::ZERO; 2]; 2]);
+    match Line::new(from, to) {
+        Ok(line) => walk(black_box(line), Line::next_step, |line| line.remaining()),
+        Err(error) => too_far(&error),
+    }
+    let circles = [
+        Circle::new(from, black_box(Counts::ZERO)),
+        Circle::through(from, to),
+        Circle::with_square(from, black_box(1)),
+    ];
+    for circle in black_box(circles) {
+        let turn = black_box(Turn::Clockwise);
+        match circle.and_then(|circle| Arc::new(&circle, from, to, turn)) {
+            Ok(arc) => walk(black_box(arc), Arc::next_step, |arc| arc.remaining()),
+            Err(error) => _ = write!(Nowhere, "{}", black_box::<CircleError>(error)),
+        }
+    }
+    let (amplitude, period) = black_box((Counts::ZERO, Counts::ZERO));
+    let wave = black_box(Wave { along: Axis::X, amplitude, period, periods: 1, phase: 2 });
+    match Chords::new(&wave, from, black_box(1.0)) {
+        Ok(chords) => {
+            let mut chords = black_box(chords);
+            black_box(&chords.next_line());
+            black_box((chords.per_period(), chords.remaining()));
+        }
+        Err(error) => _ = write!(Nowhere, "{}", black_box::<WaveError>(error)),
+    }
+}
+
+fn walk<P>(mut path: P, next: fn(&mut P) -> Option<Step>, remaining: fn(&P) -> u64) {
+    while let Some(step) = black_box(next)(&mut path) {
+        black_box(black_box(step).from(black_box([Counts::ZERO; 2])));
+        black_box(black_box(remaining)(&path));
+    }
+}
+
+fn too_far(error: &TooFar) {
+    _ = write!(Nowhere, "{}", black_box(error));
 }
 
 /// A place for text that takes all and keeps nothing.
