@@ -20,8 +20,11 @@ use abbe_core::front::quadrature::{FilterError, filter_for, levels};
 use abbe_core::front::{Decode, DecoderWords, QuadratureCounter, Runs, Setup, StepEmitter, emitter};
 use abbe_core::machine::{Event, State, transition};
 use abbe_core::plan::LinePlan;
+use abbe_core::plan::chords::{Chords, Wave, WaveError};
+use abbe_core::plan::compare::{Arc, Axis, Circle, CircleError, Line, Step, TooFar, Turn};
 use abbe_core::publish::{End, Fault, HomingFailure};
-use abbe_core::{Command, Controller, Inputs, Outputs, Pos, Refusal, background};
+use abbe_core::{Command, Controller, Counts, Inputs, Outputs, Pos, Refusal, background};
+use abbe_proto::gcode::{self, Modes};
 use abbe_proto::record::{
     Decoder, Encoder, Entry, Event as Recorded, Full, OutputsHash, Replay, SliceSink, apply,
 };
@@ -39,8 +42,10 @@ fn every_public_entry() {
     recorder::<2>();
     recorder::<3>();
     map();
+    point_by_point();
     front();
     words();
+    programs();
 }
 
 fn stage<const N: usize>() {
@@ -124,6 +129,47 @@ fn map() {
     black_box(map.scale_from_stage(black_box(Pos::ZERO)));
 }
 
+fn point_by_point() {
+    let [from, to] = black_box([[Counts::ZERO; 2]; 2]);
+    match Line::new(from, to) {
+        Ok(line) => walk(black_box(line), Line::next_step, |line| line.remaining()),
+        Err(error) => too_far(&error),
+    }
+    let circles = [
+        Circle::new(from, black_box(Counts::ZERO)),
+        Circle::through(from, to),
+        Circle::with_square(from, black_box(1)),
+    ];
+    for circle in black_box(circles) {
+        let turn = black_box(Turn::Clockwise);
+        match circle.and_then(|circle| Arc::new(&circle, from, to, turn)) {
+            Ok(arc) => walk(black_box(arc), Arc::next_step, |arc| arc.remaining()),
+            Err(error) => _ = write!(Nowhere, "{}", black_box::<CircleError>(error)),
+        }
+    }
+    let (amplitude, period) = black_box((Counts::ZERO, Counts::ZERO));
+    let wave = black_box(Wave { along: Axis::X, amplitude, period, periods: 1, phase: 2 });
+    match Chords::new(&wave, from, black_box(1.0)) {
+        Ok(chords) => {
+            let mut chords = black_box(chords);
+            black_box(&chords.next_line());
+            black_box((chords.per_period(), chords.remaining()));
+        }
+        Err(error) => _ = write!(Nowhere, "{}", black_box::<WaveError>(error)),
+    }
+}
+
+fn walk<P>(mut path: P, next: fn(&mut P) -> Option<Step>, remaining: fn(&P) -> u64) {
+    while let Some(step) = black_box(next)(&mut path) {
+        black_box(black_box(step).from(black_box([Counts::ZERO; 2])));
+        black_box(black_box(remaining)(&path));
+    }
+}
+
+fn too_far(error: &TooFar) {
+    _ = write!(Nowhere, "{}", black_box(error));
+}
+
 /// A place for text that takes all and keeps nothing.
 struct Nowhere;
 
@@ -174,6 +220,42 @@ fn front() {
     black_box(words.as_slice());
     let mut decoder = black_box(DecoderWords::new(black_box(1)));
     black_box(decoder.read(black_box(2), black_box(&[3, 4]), black_box(true)));
+}
+
+fn programs() {
+    let mut state = black_box(gcode::State::new(black_box([Pos::ZERO; 2])));
+    while black_box(true) {
+        match gcode::parse(black_box(b"G1 X1 F1")) {
+            Ok(block) => {
+                black_box((block.line_number(), block.is_deleted(), block.is_percent(), block.is_empty()));
+                black_box(&gcode::interpret(&mut state, black_box(&block)));
+            }
+            Err(error) => _ = write!(Nowhere, "{}", black_box(error)),
+        }
+        black_box(&gcode::read(&mut state, black_box(b"G2 X1 R1")));
+        _ = write!(Nowhere, "{}", black_box(Modes(&state)));
+        black_box((
+            state.position(),
+            state.origin(),
+            state.shift(),
+            state.feed(),
+            state.corner(),
+            state.unit(),
+        ));
+        black_box((state.in_force(black_box(gcode::Group::Motion)), state.system()));
+        black_box((state.origin_of(black_box(0)), state.reference(black_box(0))));
+        state.set_position(black_box([Pos::ZERO; 2]));
+        state.set_origin(black_box(0), black_box([Pos::ZERO; 2]));
+        state.set_reference(black_box(0), black_box([Pos::ZERO; 2]));
+        state.skip_deleted(black_box(true));
+    }
+    let number = black_box(gcode::Number::from_billionths(black_box(1)));
+    black_box((number.whole(), number.billionths(), number.length(black_box(gcode::Unit::Inch))));
+    black_box(gcode::slack(black_box(Pos::ZERO), black_box(gcode::Unit::Inch)));
+    for row in black_box(gcode::TABLE) {
+        _ = write!(Nowhere, "{}{}", row.name, row.group.name());
+        black_box((gcode::name_of(row.word), row.group.is_modal()));
+    }
 }
 
 /// Where the image would start.

@@ -1,8 +1,10 @@
 //! Plan: makes the set-point of this tick.
 //!
 //! Planning itself (durations, gains) is slow work and happens in [`crate::background`]; here a plan is only walked,
-//! in integers.
+//! in integers. [`compare`] and [`chords`] are the same division for paths in whole counts.
 
+pub mod chords;
+pub mod compare;
 pub mod path;
 pub mod profile;
 pub mod ramp;

@@ -69,8 +69,9 @@ const ROWS: [Row; 5] = [
         what: What::Spike,
         when: When::Moving,
         within_ms: None,
-        // A phase lies within half a period of its count's middle, and the head within an eighth and the hysteresis.
-        within_um: 0.55,
+        // A phase lies within half a period of its count's middle, 0.4 µm, and the head within an eighth and what offsets
+        // and hysteresis make of it, 0.12; over 5 mm the graduation adds some 0.1.
+        within_um: 0.7,
     },
     Row {
         name: "comparators chatter, noise of 20 … 50 %",
