@@ -29,13 +29,16 @@ pub(crate) fn cargo_stage<S: AsRef<OsStr>>(setting: &Setting, arguments: &[S]) -
 /// Runs a program to its end and keeps what it printed on stdout; stderr goes to the terminal.
 ///
 /// # Errors
-/// The program cannot be started, or ends with another status than 0.
+/// The program cannot be started, or ends with another status than 0; what it printed until then is in the error.
 pub(crate) fn stdout_of(command: &mut Command) -> Result<String> {
     let output = command
         .stderr(Stdio::inherit())
         .output()
         .with_context(|| format!("cannot start {}", shown(command)))?;
-    anyhow::ensure!(output.status.success(), "{} ended with {}", shown(command), output.status);
+    if !output.status.success() {
+        let printed = String::from_utf8_lossy(&output.stdout);
+        anyhow::bail!("{} ended with {}, after\n{}", shown(command), output.status, printed.trim_end());
+    }
     String::from_utf8(output.stdout).with_context(|| format!("{} did not print text", shown(command)))
 }
 

@@ -15,10 +15,6 @@ use track::{Tally, Track};
 const EDGES: u64 = 2_500_000;
 /// 14 clocks: pulses shorter than 100 ns.
 const FILTER: u8 = 14;
-/// The position is off by less than this part of a period when the head knows the ellipse: 2 nm.
-const KNOWN: f64 = 1.0 / 400.0;
-/// The same when it takes the signals for a circle: 20 nm. The ellipse's own error is 12.9 nm beside its mean.
-const TAKEN_FOR_A_CIRCLE: f64 = 1.0 / 40.0;
 
 /// A run at each speed, with the ellipse known and not; nothing is lost in any.
 fn runs(counted: bool, edges: u64) -> Tally {
@@ -26,10 +22,8 @@ fn runs(counted: bool, edges: u64) -> Tally {
     for (speed_mm_s, known) in [(5.0, true), (5.0, false), (50.0, true), (50.0, false)] {
         let track = Track { counted, known, ..Track::at(Pace::of_a_stage(speed_mm_s), FILTER) };
         let run = track.run(edges, 1);
-        assert_eq!((run.lost, run.illegal, run.periods, run.faults), (0, 0, 0, 0), "{track:?}: {run:?}");
-        let most = if known { KNOWN } else { TAKEN_FOR_A_CIRCLE };
-        assert!(run.worst_periods() < most, "{track:?}: {run:?}");
-        assert!(run.worst_periods() > most / 4.0, "no poor signal: {track:?}: {run:?}");
+        assert!(run.is_within(track.bound()), "{track:?}: {run:?}");
+        assert!(run.worst_periods() > track.bound() / 4.0, "no poor signal: {track:?}: {run:?}");
         tally = tally.and(&run);
     }
     // The stage turned everywhere.

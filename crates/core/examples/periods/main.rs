@@ -41,19 +41,22 @@ fn main() -> ExitCode {
          position off, nm |"
     );
     println!("|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
-    let (began, mut lost, mut all_edges) = (Instant::now(), 0, 0);
+    let (began, mut worse, mut all_edges) = (Instant::now(), false, 0);
     for (head, (counted, known)) in HEADS.into_iter().enumerate() {
         for speed in SPEEDS_MM_S {
             let track = Track { counted, known, ..Track::at(Pace::of_a_stage(f64::from(speed)), filter) };
             let seed = ((head as u64) << 8) + u64::from(speed);
             let tally = all(edges, seed, |edges, seed| track.run(edges, seed), Tally::and);
             print_row(&track, speed, &tally);
-            lost += tally.lost + tally.illegal + tally.periods + tally.faults;
+            if !tally.is_within(track.bound()) {
+                eprintln!("The row above, seed {seed}, is worse than it may be.");
+                worse = true;
+            }
             all_edges += tally.edges;
         }
     }
     println!("\n{all_edges} edges in all; filter {filter} clocks; {}.", taken(began));
-    if lost == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    if worse { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }
 
 fn print_row(track: &Track, speed: u32, tally: &Tally) {

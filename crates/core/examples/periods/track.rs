@@ -79,6 +79,11 @@ impl Tally {
         }
     }
 
+    /// Nothing was lost, no signal was taken for a fault, and the position was never off by more, periods.
+    pub(crate) fn is_within(&self, bound: f64) -> bool {
+        self.lost + self.illegal + self.periods + self.faults == 0 && self.worst_periods() < bound
+    }
+
     /// The largest difference, periods.
     pub(crate) fn worst_periods(&self) -> f64 {
         self.worst as f64 / PERIOD as f64
@@ -89,6 +94,12 @@ impl Track {
     /// What the project says a head may be asked for.
     pub(crate) fn at(pace: Pace, filter: u8) -> Self {
         Self { pace, counted: true, known: true, filter, noise: 0.005, jitter: 60 }
+    }
+
+    /// By how much its position may be off, periods: 2 nm when it knows the ellipse, 20 nm when it takes the signals for a
+    /// circle at first. The ellipse's own error is 12.9 nm beside its mean.
+    pub(crate) const fn bound(&self) -> f64 {
+        if self.known { 1.0 / 400.0 } else { 1.0 / 40.0 }
     }
 
     /// Runs over `edges` edges or a tick's more; the same for the same seed.
