@@ -178,9 +178,9 @@ impl Join {
 #[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Unwrap {
-    course: Option<Straight>,
-    /// Where the last sample was that came in time.
-    seen: Periods,
+    course: Straight,
+    /// The last sample that came.
+    seen: Phase,
     odd: Odd,
 }
 
@@ -199,9 +199,16 @@ impl Straight {
         Self { at: Periods(self.at.0.wrapping_add(self.speed)), ..self }
     }
 
-    /// By a speed at which a stage does not arrive at once to stay.
-    fn differs(self, other: Self) -> bool {
-        self.speed.wrapping_sub(other.speed).unsigned_abs() > SUDDEN
+    /// So many samples ago.
+    fn back(self, samples: u8) -> Periods {
+        Periods(self.at.0.wrapping_sub(self.speed.wrapping_mul(i64::from(samples))))
+    }
+
+    /// Where it were if so many samples had come late, the first of which surprised so much.
+    fn if_late(self, samples: u8, surprise: i32) -> Self {
+        let surprise = i64::from(surprise);
+        let way = surprise.wrapping_mul(i64::from(samples));
+        Self { at: Periods(self.at.0.wrapping_sub(way)), speed: self.speed.wrapping_sub(surprise) }
     }
 
     /// Through the next sample, and from where it was expected to where it is.
@@ -214,16 +221,18 @@ impl Straight {
 }
 
 /// What the next sample must be looked at for.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Odd {
-    /// Nothing.
+    /// It is the first.
     #[default]
+    First,
+    /// Nothing.
     No,
     /// So many in a row were the one before, and came late.
     Late(u8),
-    /// So many in a row were the one before and may have come late: where the head is then.
-    Perhaps(u8, Straight),
+    /// So many in a row were the one before and may have come late; by how much the first surprised.
+    Perhaps(u8, i32),
     /// So many more must stand still before a speed is believed.
     Unsettled(u8),
 }
@@ -234,7 +243,7 @@ const CAME_LATE: u32 = super::health::FAST_WARN;
 /// Beside by 1/128 at most, it does not matter which.
 const SAME: u32 = 1 << 25;
 /// A second one in a row shows a stage that stays at that speed; it has not come there at once, by 1/8.
-const SUDDEN: u64 = (PERIOD / 8).cast_unsigned();
+const SUDDEN: u32 = 1 << 29;
 /// More late samples in a row are a stage that has stopped.
 const LATE: u8 = 3;
 /// The phase stands for so many samples, within 1/32 of a period from one to the next.
@@ -253,101 +262,104 @@ pub struct Followed {
 impl Unwrap {
     /// Goes on from a place, after a fault: at what speed is not known.
     pub const fn from(place: Periods) -> Self {
-        Self { course: Some(Straight { at: place, speed: 0 }), seen: place, odd: Odd::Unsettled(STILL) }
+        Self { course: Straight { at: place, speed: 0 }, seen: place.phase(), odd: Odd::Unsettled(STILL) }
     }
 
     /// The position of the next sample.
     #[inline]
     pub fn next(&mut self, phase: Phase) -> Followed {
-        let course = self.course.unwrap_or(Straight { at: Periods(i64::from(phase.0)), speed: 0 });
-        if !matches!(self.odd, Odd::No) || phase == self.seen.phase() {
-            return self.look(course, phase);
+        if self.odd != Odd::No || phase == self.seen {
+            return if self.odd == Odd::First { self.begin(phase) } else { self.look(phase) };
         }
-        let (course, surprise) = course.through(phase);
-        self.go_to(course, surprise)
+        self.seen = phase;
+        self.go_to(self.course.through(phase))
     }
 
     #[inline]
-    fn go_to(&mut self, course: Straight, surprise: i32) -> Followed {
-        self.course = Some(course);
-        self.seen = course.at;
+    fn go_to(&mut self, (course, surprise): (Straight, i32)) -> Followed {
+        self.course = course;
         Followed { position: course.at, surprise }
     }
 
     #[cold]
-    fn look(&mut self, course: Straight, phase: Phase) -> Followed {
-        let odd = core::mem::take(&mut self.odd);
-        if let Odd::Unsettled(left) = odd {
-            return self.settle(course.at, phase, left);
-        }
-        let (fresh, surprise) = course.through(phase);
-        let beside = surprise.unsigned_abs();
-        let again = phase == self.seen.phase();
+    fn look(&mut self, phase: Phase) -> Followed {
+        let odd = core::mem::replace(&mut self.odd, Odd::No);
+        let again = core::mem::replace(&mut self.seen, phase) == phase;
+        let fresh = self.course.through(phase);
+        let beside = fresh.1.unsigned_abs();
         match odd {
-            Odd::Late(LATE..) if again => return self.stop(course.speed),
-            Odd::Late(row) if again => return self.pass_over(course, row.wrapping_add(1)),
-            Odd::No if beside > CAME_LATE => return self.pass_over(course, 1),
-            Odd::No if beside > SAME => self.odd = Odd::Perhaps(1, course.ahead()),
-            Odd::Perhaps(row, late) if again && course.differs(late) => {
-                return self.pass_over(late, row.wrapping_add(1));
+            Odd::Unsettled(left) => return self.settle(phase, left),
+            Odd::Perhaps(row, surprise) if !again => {
+                return self.decide(fresh, self.course.if_late(row, surprise).through(phase));
             }
-            Odd::Perhaps(row @ ..LATE, late) if again => {
-                self.odd = Odd::Perhaps(row.wrapping_add(1), late.ahead());
+            _ if !again => (),
+            Odd::Late(LATE..) => return self.stop(phase),
+            Odd::Late(row) => return self.pass_over(self.course, row.wrapping_add(1)),
+            Odd::Perhaps(row, surprise) if surprise.unsigned_abs() > SUDDEN => {
+                return self.pass_over(self.course.if_late(row, surprise), row.wrapping_add(1));
             }
-            Odd::Perhaps(_, late) if !again => return self.decide((fresh, surprise), late, phase),
-            _ => (),
+            Odd::Perhaps(LATE.., _) => (),
+            Odd::Perhaps(row, surprise) => self.odd = Odd::Perhaps(row.wrapping_add(1), surprise),
+            Odd::No if beside > CAME_LATE => return self.pass_over(self.course, 1),
+            Odd::No if beside > SAME => self.odd = Odd::Perhaps(1, fresh.1),
+            Odd::No | Odd::First => (),
         }
-        self.go_to(fresh, surprise)
+        self.go_to(fresh)
     }
 
-    /// A sample came late: the head is where it was expected.
+    /// In the first period, at rest as far as anybody knows.
+    fn begin(&mut self, phase: Phase) -> Followed {
+        (self.seen, self.odd) = (phase, Odd::No);
+        self.go_to((Straight { at: Periods(i64::from(phase.0)), speed: 0 }, 0))
+    }
+
+    /// A sample came late, as did so many in a row: the head is where it was expected.
     fn pass_over(&mut self, course: Straight, row: u8) -> Followed {
-        let course = course.ahead();
-        self.course = Some(course);
         self.odd = Odd::Late(row);
-        Followed { position: course.at, surprise: 0 }
+        self.go_to((course.ahead(), 0))
     }
 
     /// No sample comes so late: the stage has stopped where it was seen, or its converter has.
-    fn stop(&mut self, speed: i64) -> Followed {
-        let surprise = speed.wrapping_neg().clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32;
-        self.go_to(Straight { at: self.seen, speed: 0 }, surprise)
+    fn stop(&mut self, seen: Phase) -> Followed {
+        let at = self.course.back(LATE).nearest(seen);
+        let lost = self.course.speed.wrapping_neg();
+        let surprise = lost.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32;
+        self.go_to((Straight { at, speed: 0 }, surprise))
     }
 
-    /// Whether the last sample came late: what surprises less.
-    fn decide(&mut self, fresh: (Straight, i32), late: Straight, phase: Phase) -> Followed {
-        let late = late.through(phase);
-        let (course, surprise) = if late.1.unsigned_abs() < fresh.1.unsigned_abs() { late } else { fresh };
-        self.go_to(course, surprise)
+    /// Whether the last sample came in time or late: what surprises less.
+    fn decide(&mut self, fresh: (Straight, i32), late: (Straight, i32)) -> Followed {
+        self.go_to(if late.1.unsigned_abs() < fresh.1.unsigned_abs() { late } else { fresh })
     }
 
     /// The speed is not known: each sample is as near to the one before as it can be.
-    fn settle(&mut self, last: Periods, phase: Phase, left: u8) -> Followed {
-        let position = last.nearest(phase);
-        let stands = position.way_from(last).unsigned_abs() < STANDS;
+    fn settle(&mut self, phase: Phase, left: u8) -> Followed {
+        let at = self.course.at.nearest(phase);
+        let stands = at.way_from(self.course.at).unsigned_abs() < STANDS;
         self.odd = match (stands, left) {
             (true, 0..=1) => Odd::No,
             (true, left) => Odd::Unsettled(left.wrapping_sub(1)),
             (false, _) => Odd::Unsettled(STILL),
         };
-        self.go_to(Straight { at: position, speed: 0 }, 0)
+        self.go_to((Straight { at, speed: 0 }, 0))
     }
 
     /// Whether it goes slower than a part of a period in a tick, 2⁻³².
     #[inline]
     pub fn is_slower_than(&self, way: u32) -> bool {
-        self.course.is_none_or(|course| course.speed.unsigned_abs() < u64::from(way))
+        self.course.speed.unsigned_abs() < u64::from(way)
     }
 
     /// A sample that did not come: goes on at the same speed.
     #[inline]
     pub fn miss(&mut self) -> Option<Periods> {
-        let course = self.course.as_mut()?;
-        *course = course.ahead();
-        if let Odd::Perhaps(_, late) = &mut self.odd {
-            *late = late.ahead();
+        match &mut self.odd {
+            Odd::First => return None,
+            Odd::Perhaps(row, _) => *row = row.saturating_add(1),
+            _ => (),
         }
-        Some(course.at)
+        self.course = self.course.ahead();
+        Some(self.course.at)
     }
 }
 
@@ -363,7 +375,7 @@ mod tests {
     /// At 0, and at a speed in periods a sample.
     fn at_speed(speed: f64) -> Unwrap {
         let course = Straight { at: Periods(0), speed: (speed * PERIOD as f64) as i64 };
-        Unwrap { course: Some(course), ..Unwrap::default() }
+        Unwrap { course, odd: Odd::No, ..Unwrap::default() }
     }
 
     #[test]
