@@ -30,6 +30,8 @@ pub(crate) enum Topic {
     Homing,
     /// Disturbed edges through the counter, and how many it loses; minutes.
     Edges,
+    /// Plans from state to state beside those of another planner: failures, durations, costs.
+    Planner,
     /// Poor signals through comparators, counter and head, and how many periods are lost; many minutes.
     Periods,
     /// How fast the simulated stage runs.
@@ -56,6 +58,8 @@ const SEEDS: std::ops::RangeInclusive<u32> = 1..=6;
 const HOMING_SEEDS: std::ops::RangeInclusive<u32> = 1..=2;
 const HOMINGS: u32 = 200;
 const FAULT_SEEDS: &str = "1000";
+/// Plans in each row.
+const PLANS: &str = "1000000";
 /// Edges at each speed.
 const EDGES: u64 = 10_000_000_000;
 /// Edges in each of eight rows: ten thousand million in all.
@@ -148,6 +152,7 @@ impl Topic {
             Self::Homing => "homing",
             Self::Edges => "edges",
             Self::Periods => "periods",
+            Self::Planner => "planner",
             Self::Twin => "twin",
             Self::Encoder => "encoder",
             Self::Faults => "faults",
@@ -165,9 +170,10 @@ impl Topic {
         match self {
             Self::Demo => demo(root),
             Self::Homing => homing(root),
-            // Both examples fail if anything is lost.
+            // Both examples fail if anything is lost, the planner's if a plan does.
             Self::Edges => tables(root, "abbe-core", "edges", &[&EDGES.to_string()]),
             Self::Periods => tables(root, "abbe-core", "periods", &[&EDGES_OF_A_HEAD.to_string()]),
+            Self::Planner => tables(root, "abbe-core", "transfer_trials", &[PLANS]),
             Self::Twin => twin(root),
             Self::Encoder => tables(root, "abbe-core", "ellipse_trials", &[]),
             Self::Faults => tables(root, "abbe-twin", "encoder_faults", &[FAULT_SEEDS]),

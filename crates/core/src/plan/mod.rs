@@ -8,6 +8,7 @@ pub mod compare;
 pub mod path;
 pub mod profile;
 pub mod ramp;
+pub mod transfer;
 
 pub use path::{LinePlan, Path};
 pub use profile::{Limits, Profile};

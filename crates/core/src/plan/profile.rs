@@ -70,8 +70,9 @@ impl Profile {
     }
 }
 
-/// Durations in ticks, not yet whole: the textbook cases of the seven-phase profile.
-fn durations(way: f64, limits: &Limits) -> (f64, f64, f64) {
+/// Durations in ticks, not yet whole, of jerk, constant acceleration and constant speed from rest to rest: the textbook
+/// cases of the seven-phase profile.
+pub(super) fn durations(way: f64, limits: &Limits) -> (f64, f64, f64) {
     let Limits { speed: v, acceleration: a, jerk: j } = *limits;
     // Reaching full speed, with or without a phase of constant acceleration.
     let (tj, ta) = if v * j < a * a { (libm::sqrt(v / j), 0.0) } else { (a / j, v / a - a / j) };

@@ -1,0 +1,139 @@
+//! Plans from state to state, beside those of another planner: how many fail in which unit, how long the motions last, how
+//! long the planning takes.
+//!
+//! `cargo run --release -p abbe-core --example transfer_trials -- 1000000`
+//!
+//! The argument is the number of plans of each row. States, limits and durations are the same on every machine.
+
+mod cases;
+mod other;
+
+use abbe_core::plan::transfer::{State, Transfer, together};
+use cases::{Case, Ends};
+use other::Other;
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+use std::hint::black_box;
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// A tick, seconds.
+const TICK_S: f64 = 1e-4;
+/// Units in which somebody might think, and how many are in a picometre.
+const UNITS: [(&str, f64); 4] = [("pm", 1.0), ("nm", 1e-3), ("µm", 1e-6), ("mm", 1e-9)];
+
+fn main() -> ExitCode {
+    let argument = std::env::args().nth(1).unwrap_or_else(|| "100000".into());
+    let Ok(plans) = argument.parse() else {
+        eprintln!("{argument} is not a number of plans");
+        return ExitCode::FAILURE;
+    };
+    let good = print_fails(plans) & print_durations(plans);
+    print_costs(plans);
+    if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// From any state to any other; units of length and seconds.
+fn print_fails(plans: u32) -> bool {
+    println!(
+        "| unit, with seconds | plans | fail | end off by, part of the way | rsruckig fails |\n|---|---:|---:|---:|---:|"
+    );
+    let mut all = 0;
+    for (name, unit) in UNITS {
+        let mut random = Pcg64Mcg::seed_from_u64(1);
+        let mut other = Other::<1>::new();
+        let (mut fails, mut fails_of_other, mut worst) = (0, 0, 0.0_f64);
+        for _ in 0..plans {
+            let case = Case::random(&mut random, 1.0, Ends::Any).in_units(unit, TICK_S);
+            match Transfer::fastest(case.from, case.to, &case.limits) {
+                Ok(transfer) => worst = worst.max(off(&transfer, &case)),
+                Err(_) => fails += 1,
+            }
+            other.set(&[case]);
+            fails_of_other += u32::from(other.plan().is_none());
+        }
+        all += fails;
+        let percent = 100.0 * f64::from(fails_of_other) / f64::from(plans);
+        println!("| {name} | {plans} | {fails} | {worst:.1e} | {percent:.1} % |");
+    }
+    println!();
+    all == 0
+}
+
+/// By how much the sums of the phases miss the end, part of the way at full speed.
+fn off(transfer: &Transfer, case: &Case) -> f64 {
+    let end =
+        transfer.phases().iter().fold(case.from, |state: State, phase| state.after(phase.ticks, phase.jerk));
+    let way = (case.to.position - case.from.position).abs() + transfer.ticks() * case.limits.speed;
+    if way > 0.0 { (end.position - case.to.position).abs() / way } else { 0.0 }
+}
+
+/// In metres and seconds, with which the other one does not fail.
+fn print_durations(plans: u32) -> bool {
+    println!(
+        "| axes | ends | plans compared | longer by more than a thousandth | longest, part of rsruckig's | shortest |\n|---|---|---:|---:|---:|---:|"
+    );
+    let plan_one = |[case]: [Case; 1]| {
+        Transfer::fastest(case.from, case.to, &case.limits).ok().map(|transfer| transfer.ticks())
+    };
+    let mut good = true;
+    for ends in [Ends::AtRest, Ends::FromMotion, Ends::Any] {
+        good &= ratios::<1>(plans, ends, plan_one);
+        good &= ratios::<2>(plans, ends, |cases| plan_two(&cases)) || ends == Ends::Any;
+    }
+    println!();
+    good
+}
+
+fn plan_two(cases: &[Case; 2]) -> Option<f64> {
+    let motions = together(&cases.map(|c| c.from), &cases.map(|c| c.to), &cases.map(|c| c.limits)).ok()?;
+    Some(motions.iter().fold(0.0, |longest, motion| motion.ticks().max(longest)))
+}
+
+fn ratios<const N: usize>(plans: u32, ends: Ends, plan: impl Fn([Case; N]) -> Option<f64>) -> bool {
+    let mut random = Pcg64Mcg::seed_from_u64(2);
+    let mut other = Other::<N>::new();
+    let (mut compared, mut longer, mut longest, mut shortest) = (0, 0, 0.0_f64, f64::INFINITY);
+    for _ in 0..plans {
+        let cases = [(); N].map(|()| Case::random(&mut random, 1.0, ends).in_units(1e-12, TICK_S));
+        other.set(&cases);
+        let (Some(ours), Some(theirs)) = (plan(cases), other.plan()) else { continue };
+        let ratio = ours / theirs;
+        compared += 1;
+        longer += u32::from(ratio > 1.001);
+        (longest, shortest) = (longest.max(ratio), shortest.min(ratio));
+    }
+    println!("| {N} | {} | {compared} | {longer} | {longest:.6} | {shortest:.6} |", ends.name());
+    longer * 1000 <= compared && longest <= 1.02
+}
+
+/// Two axes that arrive together.
+fn print_costs(plans: u32) {
+    println!("| two axes | ns a plan | rsruckig, ns a plan | ratio |\n|---|---:|---:|---:|");
+    for ends in [Ends::AtRest, Ends::FromMotion, Ends::Any] {
+        let mut random = Pcg64Mcg::seed_from_u64(3);
+        let number = plans.min(10_000) as usize;
+        let cases: Vec<[Case; 2]> =
+            (0..number).map(|_| [(); 2].map(|()| Case::random(&mut random, 1.0, ends))).collect();
+        let ours = best_of(&cases, |cases| {
+            black_box(plan_two(black_box(cases)));
+        });
+        let mut other = Other::<2>::new();
+        let theirs = best_of(&cases, |cases| {
+            other.set(black_box(&cases.map(|case| case.in_units(1e-12, TICK_S))));
+            black_box(other.plan());
+        });
+        println!("| {} | {ours:.0} | {theirs:.0} | {:.2} |", ends.name(), ours / theirs);
+    }
+}
+
+/// The shortest of a few rounds, ns for each.
+fn best_of(cases: &[[Case; 2]], mut plan: impl FnMut(&[Case; 2])) -> f64 {
+    let mut best = f64::INFINITY;
+    for _ in 0..7 {
+        let began = Instant::now();
+        cases.iter().for_each(&mut plan);
+        best = best.min(began.elapsed().as_secs_f64() * 1e9 / cases.len() as f64);
+    }
+    best
+}

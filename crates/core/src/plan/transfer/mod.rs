@@ -1,0 +1,335 @@
+//! From any state of motion to any other in the least time, with limited speed, acceleration and jerk.
+//!
+//! A triple integrator is brought from one state to another soonest with full jerk and at most two changes of its sign
+//! (Pontryagin's principle): +, −, + or −, +, −. Limits put pauses between: at full acceleration, at full speed, at full
+//! deceleration. That makes seven phases, of which some last no time. A mirrored motion is planned like its image, so only
+//! +, −, + is solved here; and a motion run backwards is one forwards, so only those whose start asks for more speed than
+//! their end does.
+//!
+//! All profiles +, −, + between two speeds and accelerations belong to one of two families with one parameter each
+//! ([`Family`]). How far they lead is a smooth function of the parameter, which turns twice at most: between the turns it
+//! is searched for what leads to the end, and of all that do, here and in the image, the soonest is the plan. No quartic is
+//! solved, and no tolerance has a unit. Inside, jerk and full acceleration are 1.
+//!
+//! Where another axis takes longer, [`Transfer::lasting`] goes at a lower speed, for just as long.
+
+mod cruise;
+mod family;
+mod root;
+mod together;
+
+pub use together::together;
+
+use super::profile::{Limits, durations};
+use cruise::Cruise;
+use family::Family;
+use root::{Point, root};
+
+/// A state of motion along one line: picometres and ticks.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct State {
+    /// pm.
+    pub position: f64,
+    /// pm a tick.
+    pub speed: f64,
+    /// pm a tick².
+    pub acceleration: f64,
+}
+
+/// A stretch with constant jerk.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Phase {
+    /// How long, ticks.
+    pub ticks: f64,
+    /// pm a tick³.
+    pub jerk: f64,
+}
+
+/// Why there is no plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Infeasible {
+    /// A limit is not a number above zero, or a state not a number.
+    NoNumber,
+    /// The start is beyond a limit, or will be whatever is done.
+    Start,
+    /// The end is beyond a limit, or what leads to it was.
+    End,
+}
+
+impl core::fmt::Display for Infeasible {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::NoNumber => "a limit is not above zero, or a state is not a number",
+            Self::Start => "the start is beyond the limits, or will be",
+            Self::End => "the end is beyond the limits, or was before it was reached",
+        })
+    }
+}
+
+impl core::error::Error for Infeasible {}
+
+/// A motion from one state to another.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Transfer {
+    from: State,
+    to: State,
+    phases: [Phase; 7],
+}
+
+/// A state may be beyond a limit by so much of it: what sums of rounded numbers leave.
+const SLACK: f64 = 1e-9;
+
+impl Transfer {
+    /// The fastest motion between two states within limits.
+    ///
+    /// # Errors
+    /// A state is beyond a limit, or cannot be left or reached within them: full jerk does not end an acceleration before
+    /// the speed is beyond its own.
+    pub fn fastest(from: State, to: State, limits: &Limits) -> Result<Self, Infeasible> {
+        let scale = Scale::of(limits)?;
+        let task = scale.task(from, to, limits)?;
+        if from.is_at_rest() && to.is_at_rest() {
+            return Ok(Self { from, to, phases: from_rest_to_rest(to.position - from.position, limits) });
+        }
+        Ok(Self { from, to, phases: scale.phases(task.fastest()) })
+    }
+
+    /// A motion between the same states that takes just so long, or the shortest that this finds which takes longer: a motion
+    /// from speed to speed cannot last any time, but may have to be over sooner or later. Of the fastest.
+    ///
+    /// # Errors
+    /// As of [`Transfer::fastest`], or the time is not a number.
+    pub fn lasting(&self, limits: &Limits, ticks: f64) -> Result<Self, Infeasible> {
+        if !ticks.is_finite() {
+            return Err(Infeasible::NoNumber);
+        }
+        let slower = self.cruising(limits, ticks)?;
+        if slower.ticks() <= ticks * (1.0 + SLACK) {
+            return Ok(slower);
+        }
+        Ok(self.with_less(limits, ticks).unwrap_or(slower))
+    }
+
+    /// One with a phase at a lower speed.
+    fn cruising(&self, limits: &Limits, ticks: f64) -> Result<Self, Infeasible> {
+        let scale = Scale::of(limits)?;
+        let task = scale.task(self.from, self.to, limits)?;
+        let [rise, pause, fall, ..] = self.phases;
+        let peak =
+            [rise, pause, fall].iter().fold(self.from, |state, phase| state.after(phase.ticks, phase.jerk));
+        let phases = Cruise::of(&task).lasting(ticks / scale.time, peak.speed / scale.speed);
+        Ok(Self { phases: scale.phases(phases), ..*self })
+    }
+
+    /// The fastest within a part of the limits for jerk, or of those for acceleration.
+    fn with_less(&self, limits: &Limits, ticks: f64) -> Option<Self> {
+        let less_jerk = |part: f64| Limits { jerk: part * limits.jerk, ..*limits };
+        let less_acceleration = |part: f64| Limits { acceleration: part * limits.acceleration, ..*limits };
+        self.with_part(ticks, less_jerk).or_else(|| self.with_part(ticks, less_acceleration))
+    }
+
+    fn with_part(&self, ticks: f64, part: impl Fn(f64) -> Limits) -> Option<Self> {
+        let planned = |x: f64| Self::fastest(self.from, self.to, &part(x));
+        let late = |x: f64| planned(x).map_or(f64::INFINITY, |motion| motion.ticks() - ticks);
+        let at = root(Point { x: 0.0, f: f64::INFINITY }, Point::of(1.0, late), late);
+        planned(at).ok().filter(|motion| (motion.ticks() - ticks).abs() <= ticks * SLACK)
+    }
+
+    /// How long it takes, ticks.
+    pub fn ticks(&self) -> f64 {
+        self.phases.iter().map(|phase| phase.ticks).sum()
+    }
+
+    /// Its phases in their order; some last no time.
+    pub fn phases(&self) -> &[Phase; 7] {
+        &self.phases
+    }
+
+    /// The state at a time from its beginning, ticks; before and after it goes on at constant speed.
+    pub fn at(&self, ticks: f64) -> State {
+        let mut state = self.from;
+        let mut left = ticks;
+        for phase in self.phases {
+            if left < phase.ticks {
+                return state.after(left, phase.jerk);
+            }
+            state = state.after(phase.ticks, phase.jerk);
+            left -= phase.ticks;
+        }
+        State { position: self.to.position + self.to.speed * left, ..self.to }
+    }
+}
+
+/// For this there are formulas.
+fn from_rest_to_rest(way: f64, limits: &Limits) -> [Phase; 7] {
+    if way == 0.0 {
+        return [Phase::default(); 7];
+    }
+    let (jerk, acceleration, cruise) = durations(way.abs(), limits);
+    let phase = |ticks: f64, sign: f64| Phase { ticks, jerk: sign * way.signum() * limits.jerk };
+    [
+        phase(jerk, 1.0),
+        phase(acceleration, 0.0),
+        phase(jerk, -1.0),
+        phase(cruise, 0.0),
+        phase(jerk, -1.0),
+        phase(acceleration, 0.0),
+        phase(jerk, 1.0),
+    ]
+}
+
+impl State {
+    fn is_at_rest(&self) -> bool {
+        self.speed == 0.0 && self.acceleration == 0.0
+    }
+
+    /// After so many ticks with a jerk.
+    #[must_use]
+    pub fn after(self, ticks: f64, jerk: f64) -> Self {
+        let Self { position, speed, acceleration } = self;
+        Self {
+            position: position + ticks * (speed + ticks / 2.0 * (acceleration + ticks / 3.0 * jerk)),
+            speed: speed + ticks * (acceleration + ticks / 2.0 * jerk),
+            acceleration: acceleration + ticks * jerk,
+        }
+    }
+}
+
+/// Units in which jerk and full acceleration are 1.
+struct Scale {
+    time: f64,
+    jerk: f64,
+    acceleration: f64,
+    speed: f64,
+    length: f64,
+}
+
+impl Scale {
+    fn of(limits: &Limits) -> Result<Self, Infeasible> {
+        let Limits { speed, acceleration, jerk } = *limits;
+        if ![speed, acceleration, jerk].iter().all(|limit| limit.is_finite() && *limit > 0.0) {
+            return Err(Infeasible::NoNumber);
+        }
+        let time = acceleration / jerk;
+        Ok(Self { time, jerk, acceleration, speed: acceleration * time, length: acceleration * time * time })
+    }
+
+    fn task(&self, from: State, to: State, limits: &Limits) -> Result<Task, Infeasible> {
+        let task = Task {
+            start: self.of_state(from)?,
+            end: self.of_state(to)?,
+            way: (to.position - from.position) / self.length,
+            top: limits.speed / self.speed,
+        };
+        task.is_possible()?;
+        Ok(task)
+    }
+
+    fn phases(&self, stretches: [Stretch; 7]) -> [Phase; 7] {
+        stretches.map(|(time, jerk)| Phase { ticks: time * self.time, jerk: jerk * self.jerk })
+    }
+
+    fn of_state(&self, state: State) -> Result<Motion, Infeasible> {
+        let motion = Motion { v: state.speed / self.speed, a: state.acceleration / self.acceleration };
+        let numbers = [state.position, motion.v, motion.a];
+        if numbers.iter().all(|number| number.is_finite()) { Ok(motion) } else { Err(Infeasible::NoNumber) }
+    }
+}
+
+/// Speed and acceleration.
+#[derive(Clone, Copy, Debug)]
+struct Motion {
+    v: f64,
+    a: f64,
+}
+
+impl Motion {
+    /// The speed at which the acceleration has been taken back with full jerk.
+    fn settled(self) -> f64 {
+        self.v + self.a * self.a.abs() / 2.0
+    }
+
+    fn mirrored(self) -> Self {
+        Self { v: -self.v, a: -self.a }
+    }
+
+    /// Run backwards, and mirrored: it goes the same way.
+    fn reversed(self) -> Self {
+        Self { v: self.v, a: -self.a }
+    }
+
+    fn after(self, time: f64, jerk: f64) -> Self {
+        Self { v: self.v + time * (self.a + time / 2.0 * jerk), a: self.a + time * jerk }
+    }
+
+    fn is_within(self, top: f64) -> bool {
+        let room = 1.0 + SLACK;
+        self.a.abs() <= room && self.v.abs() <= top * room && self.settled().abs() <= top * room
+    }
+}
+
+/// A time and a jerk.
+type Stretch = (f64, f64);
+
+/// What is to be planned.
+#[derive(Clone, Copy, Debug)]
+struct Task {
+    start: Motion,
+    end: Motion,
+    way: f64,
+    /// Full speed.
+    top: f64,
+}
+
+impl Task {
+    fn is_possible(&self) -> Result<(), Infeasible> {
+        if !self.start.is_within(self.top) {
+            return Err(Infeasible::Start);
+        }
+        if !self.end.reversed().is_within(self.top) {
+            return Err(Infeasible::End);
+        }
+        Ok(())
+    }
+
+    /// The seven phases: of all that lead there, those that take the least time.
+    fn fastest(&self) -> [Stretch; 7] {
+        let image = self.mirrored();
+        let image_family = Family::of(&image);
+        let family = Family::of(self);
+        let here = [family.reaching(self), family.above().and_then(|family| family.reaching(self))];
+        let there =
+            [image_family.reaching(&image), image_family.above().and_then(|family| family.reaching(&image))];
+        // One of both families leads there; rounding alone may say that neither does, and then its first is meant.
+        let mut best = family.forth(family.least(), 0.0);
+        let mut least = f64::INFINITY;
+        for phases in here.into_iter().chain(there.map(|phases| phases.map(mirrored))).flatten() {
+            if time(&phases) < least {
+                (best, least) = (phases, time(&phases));
+            }
+        }
+        best
+    }
+
+    fn mirrored(&self) -> Self {
+        Self { start: self.start.mirrored(), end: self.end.mirrored(), way: -self.way, ..*self }
+    }
+}
+
+/// How far phases lead.
+fn way(from: Motion, phases: &[Stretch]) -> f64 {
+    let (mut way, mut motion) = (0.0, from);
+    for &(time, jerk) in phases {
+        way += time * (motion.v + time / 2.0 * (motion.a + time / 3.0 * jerk));
+        motion = motion.after(time, jerk);
+    }
+    way
+}
+
+fn mirrored<const N: usize>(phases: [Stretch; N]) -> [Stretch; N] {
+    phases.map(|(time, jerk)| (time, -jerk))
+}
+
+fn time(phases: &[Stretch]) -> f64 {
+    phases.iter().map(|(time, _)| time).sum()
+}

@@ -1,0 +1,57 @@
+//! Where a function is zero.
+
+/// An argument and the function there.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Point {
+    pub(super) x: f64,
+    pub(super) f: f64,
+}
+
+impl Point {
+    pub(super) fn of(x: f64, f: impl Fn(f64) -> f64) -> Self {
+        Self { x, f: f(x) }
+    }
+}
+
+/// Most steps of a search: a bisection would need no more for a number of 53 bits and its exponent.
+const STEPS: usize = 200;
+
+/// What is left of the function, part of the smaller of both values between which the search begins.
+const ROUNDED: f64 = 1e-15;
+
+/// Where a function is zero between two points; the second if it has the same sign there as at the first.
+///
+/// Chandrupatla, Advances in Engineering Software 28 (1997) 145: inverse quadratic interpolation where it is sure to help,
+/// bisection elsewhere.
+pub(super) fn root(from: Point, to: Point, f: impl Fn(f64) -> f64) -> f64 {
+    if (from.f > 0.0) == (to.f > 0.0) || to.f == 0.0 {
+        return to.x;
+    }
+    let little = ROUNDED * from.f.abs().min(to.f.abs());
+    let (mut near, mut far) = (to, from);
+    let mut part = 0.5;
+    for _ in 0..STEPS {
+        let at = Point::of(near.x + part * (far.x - near.x), &f);
+        let third = if (at.f > 0.0) == (near.f > 0.0) { near } else { core::mem::replace(&mut far, near) };
+        near = at;
+        let best = if near.f.abs() < far.f.abs() { near } else { far };
+        let least = 2.0 * f64::EPSILON * best.x.abs() / (far.x - near.x).abs();
+        if best.f.abs() <= little || least >= 0.5 || near.x == far.x {
+            return best.x;
+        }
+        part = step(near, far, third).clamp(least, 1.0 - least);
+    }
+    near.x
+}
+
+/// Where to look next between two points, 0 … 1.
+fn step(near: Point, far: Point, third: Point) -> f64 {
+    let xi = (near.x - far.x) / (third.x - far.x);
+    let phi = (near.f - far.f) / (third.f - far.f);
+    if phi * phi < xi && (1.0 - phi) * (1.0 - phi) < 1.0 - xi {
+        near.f / (far.f - near.f) * third.f / (far.f - third.f)
+            + (third.x - near.x) / (far.x - near.x) * near.f / (third.f - near.f) * far.f / (third.f - far.f)
+    } else {
+        0.5
+    }
+}

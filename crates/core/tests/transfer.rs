@@ -1,0 +1,205 @@
+//! Motions from any state to any other: against numeric integration, against their limits, and against another planner.
+
+#[path = "../examples/transfer_trials/cases.rs"]
+mod cases;
+#[path = "../examples/transfer_trials/other.rs"]
+mod other;
+
+use abbe_core::plan::Limits;
+use abbe_core::plan::transfer::{Infeasible, State, Transfer, together};
+use cases::{Case, Ends, STAGE};
+use other::Other;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// Integrates the jerk of the phases and nothing else: the acceleration is a line between the changes of the jerk, and
+/// Simpson's rule is exact for what comes of it.
+fn integrated(transfer: &Transfer, from: State) -> (State, [f64; 3]) {
+    let (mut state, mut worst) = (from, [from.speed.abs(), from.acceleration.abs(), 0.0]);
+    for phase in transfer.phases() {
+        const STEPS: u32 = 16;
+        let step = phase.ticks / f64::from(STEPS);
+        for _ in 0..STEPS {
+            let half = state.acceleration + phase.jerk * step / 2.0;
+            let end = state.acceleration + phase.jerk * step;
+            let speed_half = state.speed + step / 4.0 * (state.acceleration + half);
+            let speed_end = state.speed + step / 6.0 * (state.acceleration + 4.0 * half + end);
+            state.position += step / 6.0 * (state.speed + 4.0 * speed_half + speed_end);
+            (state.speed, state.acceleration) = (speed_end, end);
+            let seen = [state.speed, state.acceleration, phase.jerk];
+            worst = std::array::from_fn(|k| f64::max(worst[k], seen[k].abs()));
+        }
+    }
+    (state, worst)
+}
+
+/// The planner's own sums are rounded, too.
+const ROUNDED: f64 = 1e-9;
+
+fn planned(case: &Case) -> Transfer {
+    let transfer = Transfer::fastest(case.from, case.to, &case.limits);
+    transfer.unwrap_or_else(|why| panic!("{why}: {case:?}"))
+}
+
+/// It ends where it should, and is never beyond a limit.
+fn assert_is_right(transfer: &Transfer, &Case { from, to, limits }: &Case) {
+    let case = || format!("{from:?} {to:?} {limits:?} {transfer:?}");
+    assert!(transfer.phases().iter().all(|phase| phase.ticks >= 0.0), "{}", case());
+    let (end, [speed, acceleration, jerk]) = integrated(transfer, from);
+    let way = (to.position - from.position).abs() + limits.speed * transfer.ticks();
+    let settling = limits.speed.max(limits.acceleration * limits.acceleration / limits.jerk);
+    assert!((end.position - to.position).abs() <= ROUNDED * way, "{end:?} {}", case());
+    assert!((end.speed - to.speed).abs() <= ROUNDED * settling, "{end:?} {}", case());
+    assert!(
+        (end.acceleration - to.acceleration).abs() <= ROUNDED * limits.acceleration,
+        "{end:?} {}",
+        case()
+    );
+    assert!(speed <= limits.speed * (1.0 + ROUNDED), "{speed} {}", case());
+    assert!(acceleration <= limits.acceleration * (1.0 + ROUNDED), "{acceleration} {}", case());
+    assert!(jerk <= limits.jerk * (1.0 + ROUNDED), "{jerk} {}", case());
+}
+
+#[test]
+fn no_plan_fails_in_any_unit_and_each_ends_where_it_should_within_the_limits() {
+    let mut random = Pcg64Mcg::seed_from_u64(1);
+    // Picometres, nanometres, micrometres, millimetres, metres.
+    for unit in [1.0, 1e-3, 1e-6, 1e-9, 1e-12] {
+        for _ in 0..100_000 {
+            let case = Case::random(&mut random, unit, Ends::Any);
+            assert_is_right(&planned(&case), &case);
+        }
+    }
+}
+
+#[test]
+fn takes_as_long_as_another_planner_s_motion() {
+    for ends in [Ends::AtRest, Ends::FromMotion, Ends::Any] {
+        takes_as_long(ends);
+    }
+}
+
+fn takes_as_long(ends: Ends) {
+    let mut random = Pcg64Mcg::seed_from_u64(2);
+    let mut other = Other::<1>::new();
+    let (mut compared, mut worst) = (0, [1.0_f64; 2]);
+    for _ in 0..100_000 {
+        // Metres and seconds, with which the other one does not fail.
+        let case = Case::random(&mut random, 1.0, ends).in_units(1e-12, 1e-4);
+        let seconds = planned(&case).ticks();
+        other.set(&[case]);
+        let Some(theirs) = other.plan() else { continue };
+        compared += 1;
+        worst = [worst[0].min(seconds / theirs), worst[1].max(seconds / theirs)];
+    }
+    let as_long = worst[0] > 1.0 - 1e-6 && worst[1] < 1.0 + 1e-6;
+    assert!(compared > 95_000 && as_long, "{}: {compared} {worst:?}", ends.name());
+}
+
+#[test]
+fn what_cannot_be_done_is_said() {
+    let rest = State::default();
+    let too_fast = State { speed: 2.1e6, ..rest };
+    let overshooting = State { speed: 1.9e6, acceleration: 4000.0, ..rest };
+    let plan = |from, to| Transfer::fastest(from, to, &STAGE).map(|_| ());
+    assert_eq!(plan(too_fast, rest), Err(Infeasible::Start));
+    assert_eq!(plan(overshooting, rest), Err(Infeasible::Start));
+    assert_eq!(plan(rest, too_fast), Err(Infeasible::End));
+    // It may be left, but not come to.
+    assert_eq!(plan(rest, State { acceleration: -4000.0, ..overshooting }), Err(Infeasible::End));
+    assert_eq!(plan(State { acceleration: -4000.0, ..overshooting }, rest), Ok(()));
+    assert_eq!(plan(State { position: f64::NAN, ..rest }, rest), Err(Infeasible::NoNumber));
+    for limits in [
+        Limits { jerk: 0.0, ..STAGE },
+        Limits { speed: f64::INFINITY, ..STAGE },
+        Limits { acceleration: -1.0, ..STAGE },
+    ] {
+        assert_eq!(Transfer::fastest(rest, rest, &limits), Err(Infeasible::NoNumber));
+    }
+}
+
+#[test]
+fn states_on_the_edge_of_the_limits_have_plans() {
+    let full = [-STAGE.speed, 0.0, STAGE.speed];
+    let rising = [-STAGE.acceleration, 0.0, STAGE.acceleration];
+    let mut ways = vec![0.0];
+    ways.extend((0..14).flat_map(|k| [10_f64.powi(k - 2), -10_f64.powi(k - 2)]));
+    let mut states = Vec::new();
+    for speed in full {
+        for acceleration in rising {
+            // Where full acceleration just ends at full speed.
+            let settles = speed - acceleration * acceleration.abs() / 2.0 / STAGE.jerk;
+            states.push(State {
+                position: 0.0,
+                speed: if acceleration * speed > 0.0 { settles } else { speed },
+                acceleration,
+            });
+        }
+    }
+    let mut number = 0;
+    for from in &states {
+        for to in &states {
+            for way in &ways {
+                let to = State { position: *way, ..*to };
+                match Transfer::fastest(*from, to, &STAGE) {
+                    Ok(transfer) => {
+                        assert_is_right(&transfer, &Case { from: *from, to, limits: STAGE });
+                        number += 1;
+                    }
+                    Err(why) => assert_eq!(why, Infeasible::End, "{from:?} {to:?}"),
+                }
+            }
+        }
+    }
+    assert!(number > 1000, "{number}");
+}
+
+#[test]
+fn a_motion_can_be_made_to_last() {
+    let mut random = Pcg64Mcg::seed_from_u64(3);
+    let (mut as_long, mut longer, mut slowest) = (0, 0, 1.0_f64);
+    for _ in 0..100_000 {
+        let case = Case::random(&mut random, 1.0, Ends::Any);
+        let fastest = planned(&case);
+        let wanted = fastest.ticks() * random.random_range(1.0..4.0);
+        let lasting = fastest.lasting(&case.limits, wanted).expect("it is possible");
+        assert_is_right(&lasting, &case);
+        let ticks = lasting.ticks();
+        assert!(ticks >= wanted * (1.0 - ROUNDED), "{ticks} {wanted}");
+        if ticks <= wanted * (1.0 + ROUNDED) {
+            as_long += 1;
+        } else {
+            longer += 1;
+            slowest = slowest.max(ticks / wanted);
+        }
+    }
+    println!("{as_long} as long as wanted, {longer} longer, up to {slowest} times");
+    assert!(as_long > 100 * longer, "{as_long} {longer}");
+}
+
+#[test]
+fn two_axes_arrive_together() {
+    assert_eq!(late(Ends::AtRest), 0);
+    assert_eq!(late(Ends::FromMotion), 0);
+    // From speed to speed the slower axis may have to wait for the faster.
+    let late = late(Ends::Any);
+    assert!(late < 250, "{late}");
+}
+
+/// In how many of 50 000 cases two axes take longer than the slower one needs.
+fn late(ends: Ends) -> usize {
+    let mut random = Pcg64Mcg::seed_from_u64(4);
+    let is_late = |_: &usize| {
+        let cases = [(); 2].map(|()| Case::random(&mut random, 1.0, ends));
+        let (from, to) = (cases.map(|case| case.from), cases.map(|case| case.to));
+        let motions = together(&from, &to, &cases.map(|case| case.limits)).expect("it is possible");
+        for (motion, case) in motions.iter().zip(&cases) {
+            assert_is_right(motion, case);
+        }
+        let [one, two] = motions.map(|motion| motion.ticks());
+        assert!((one / two - 1.0).abs() < ROUNDED, "not together: {cases:?}");
+        let slower = cases.map(|case| planned(&case).ticks()).into_iter().fold(0.0, f64::max);
+        one > slower * (1.0 + ROUNDED)
+    };
+    (0..50_000).filter(is_late).count()
+}
