@@ -8,6 +8,7 @@ pub mod compare;
 pub mod path;
 pub mod profile;
 pub mod ramp;
+pub mod steps;
 pub mod transfer;
 
 pub use path::{LinePlan, Path};

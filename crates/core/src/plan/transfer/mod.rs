@@ -140,6 +140,16 @@ impl Transfer {
         self.phases.iter().map(|phase| phase.ticks).sum()
     }
 
+    /// Where it begins.
+    pub fn start(&self) -> State {
+        self.from
+    }
+
+    /// Where it ends.
+    pub fn end(&self) -> State {
+        self.to
+    }
+
     /// Its phases in their order; some last no time.
     pub fn phases(&self) -> &[Phase; 7] {
         &self.phases

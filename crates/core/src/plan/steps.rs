@@ -1,0 +1,153 @@
+//! A planned motion tick by tick, in integers: sums of sums of sums.
+//!
+//! Within a phase the position is a cubic of time, so its third differences are constant, and a tick needs three additions.
+//! Phases begin between ticks: each is laid out from the first tick inside it ([`Leg`]), by floats, before the motion
+//! begins, and starts afresh from there, so that what was rounded in one does not reach the next. Set-points are those of
+//! the exact motion to a picometre, and their differences are means of its speed, acceleration and jerk: none is beyond a
+//! limit by more than that.
+
+use super::transfer::{State, Transfer};
+use crate::units::Pos;
+
+/// Fractional bits of position, speed, acceleration and jerk. A position takes 39 bits, a speed 25; the others have as many
+/// more fractional bits as their errors have ticks to add up.
+const BITS: [u32; 4] = [24, 38, 46, 50];
+
+/// What the set-point is doing in a tick: for feed-forward, too.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct SetPoint {
+    /// Where it is.
+    pub position: Pos,
+    /// pm a tick, 2⁻³⁸.
+    pub speed: i64,
+    /// pm a tick², 2⁻⁴⁶.
+    pub acceleration: i64,
+    /// pm a tick³, 2⁻⁵⁰.
+    pub jerk: i64,
+}
+
+/// A phase from its first tick on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+struct Leg {
+    /// Ticks from the start of the motion.
+    first: u32,
+    /// Position there and its first, second and third difference, with [`BITS`].
+    differences: [i64; 4],
+}
+
+/// A motion laid out in ticks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Steps {
+    /// Seven phases, and what comes after.
+    legs: [Leg; 8],
+}
+
+/// Longest motion: 1.2 days at 10 kHz.
+const LONGEST: f64 = 1_073_741_824.0;
+
+impl Steps {
+    /// Lays a motion out from tick 0, at which it is where it begins. None if it lasts longer than 2³⁰ ticks, or is beyond
+    /// what fits: 549 mm, 33 µm a tick, 131 nm a tick², 8 nm a tick³.
+    ///
+    /// At its end it is exactly there, or goes on from there at the speed of the end.
+    pub fn of(transfer: &Transfer) -> Option<Self> {
+        if transfer.ticks() > LONGEST {
+            return None;
+        }
+        let mut legs = [Leg::default(); 8];
+        let (mut begins, mut state) = (0.0, transfer.start());
+        for (leg, phase) in legs.iter_mut().zip(transfer.phases()) {
+            *leg = Leg::from(begins, state, phase.jerk)?;
+            begins += phase.ticks;
+            state = state.after(phase.ticks, phase.jerk);
+        }
+        let end = State { acceleration: 0.0, ..transfer.end() };
+        *legs.last_mut()? = Leg::from(begins, end, 0.0)?;
+        Some(Self { legs })
+    }
+
+    /// Ticks until it is at its end.
+    pub fn ticks(&self) -> u32 {
+        let [.., last] = self.legs;
+        last.first
+    }
+}
+
+impl Leg {
+    /// Of a phase that begins at a time with a state and a jerk.
+    fn from(begins: f64, state: State, jerk: f64) -> Option<Self> {
+        let first = libm::ceil(begins);
+        let State { position, speed, acceleration } = state.after(first - begins, jerk);
+        let differences = [position, speed + acceleration / 2.0 + jerk / 6.0, acceleration + jerk, jerk];
+        let mut leg = Self { first: first as u32, differences: [0; 4] };
+        for ((fixed, number), bits) in leg.differences.iter_mut().zip(differences).zip(BITS) {
+            *fixed = fixed_point(number, bits)?;
+        }
+        Some(leg)
+    }
+}
+
+/// A number with so many fractional bits; none if it does not fit 63 bits and a sign.
+fn fixed_point(number: f64, bits: u32) -> Option<i64> {
+    let scaled = libm::round(libm::ldexp(number, bits.cast_signed()));
+    (scaled.abs() < 9_223_372_036_854_775_808.0).then_some(scaled as i64)
+}
+
+/// Where a motion is being walked.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Stride {
+    tick: u32,
+    /// Number of the next leg.
+    next: u8,
+    differences: [i64; 4],
+}
+
+impl Stride {
+    /// The next tick; the first is tick 0.
+    #[inline]
+    pub fn tick(&mut self, steps: &Steps) {
+        if self.next > 0 {
+            let [position, speed, acceleration, jerk] = &mut self.differences;
+            *position = position.wrapping_add(*speed >> 14);
+            *speed = speed.wrapping_add(*acceleration >> 8);
+            *acceleration = acceleration.wrapping_add(*jerk >> 4);
+            self.tick = self.tick.wrapping_add(1);
+        }
+        // A phase may begin and end between two ticks.
+        while let Some(leg) = steps.legs.get(usize::from(self.next)).filter(|leg| leg.first <= self.tick) {
+            self.differences = leg.differences;
+            // Its first tick is this one, or it has none.
+            self.next = self.next.wrapping_add(1);
+        }
+    }
+
+    /// Whether it has come to the end.
+    #[inline]
+    pub fn is_at_end(&self) -> bool {
+        self.next == 8
+    }
+
+    /// Where it is: rounded to a picometre.
+    #[inline]
+    pub fn position(&self) -> Pos {
+        let [position, ..] = self.differences;
+        Pos::from_pm(position.wrapping_add(1 << 23) >> 24)
+    }
+
+    /// All of it.
+    pub fn set_point(&self) -> SetPoint {
+        let [_, speed, acceleration, jerk] = self.differences;
+        // Differences lie half a tick ahead and more.
+        let (a, j) = (acceleration >> 8, jerk >> 12);
+        SetPoint {
+            position: self.position(),
+            speed: speed.wrapping_sub(a >> 1).wrapping_add(j / 3),
+            acceleration: acceleration.wrapping_sub(jerk >> 4),
+            jerk,
+        }
+    }
+}

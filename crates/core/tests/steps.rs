@@ -1,0 +1,109 @@
+//! Motions laid out in ticks: against the exact motion, and against their limits by their differences alone.
+
+#[path = "../examples/transfer_trials/cases.rs"]
+#[allow(dead_code, reason = "not all ends are looked at here")]
+mod cases;
+
+use abbe_core::plan::steps::{Steps, Stride};
+use abbe_core::plan::transfer::{State, Transfer};
+use cases::{Case, Ends, STAGE};
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+
+/// The set-points of all ticks to the end and a few beyond.
+fn walked(steps: &Steps) -> Vec<Stride> {
+    let mut stride = Stride::default();
+    let mut strides = Vec::new();
+    let mut beyond = 0;
+    while beyond < 5 {
+        stride.tick(steps);
+        beyond += u32::from(stride.is_at_end());
+        strides.push(stride);
+    }
+    strides
+}
+
+/// The k-th differences of positions, pm.
+fn difference(positions: &[f64], k: usize) -> Vec<f64> {
+    (0..k).fold(positions.to_vec(), |values, _| values.windows(2).map(|pair| pair[1] - pair[0]).collect())
+}
+
+fn assert_exact(case: &Case) {
+    let transfer = Transfer::fastest(case.from, case.to, &case.limits).expect("it is possible");
+    let steps = Steps::of(&transfer).expect("it fits");
+    assert_eq!(steps.ticks(), transfer.ticks().ceil() as u32);
+    let strides = walked(&steps);
+    for (tick, stride) in strides.iter().enumerate() {
+        let exact = transfer.at(tick as f64);
+        let set_point = stride.set_point();
+        let off = [
+            set_point.position.pm() as f64 - exact.position,
+            set_point.speed as f64 / 2_f64.powi(38) - exact.speed,
+            set_point.acceleration as f64 / 2_f64.powi(46) - exact.acceleration,
+        ];
+        if tick < steps.ticks() as usize {
+            assert!(
+                off[0].abs() < 1.0 && off[1].abs() < 1e-3 && off[2].abs() < 1e-6,
+                "{tick}: {off:?} {case:?}"
+            );
+        }
+    }
+    let positions: Vec<f64> = strides.iter().map(|stride| stride.position().pm() as f64).collect();
+    for (k, limit) in [(1, case.limits.speed), (2, case.limits.acceleration), (3, case.limits.jerk)] {
+        // Each position is rounded to a picometre.
+        let most = limit * (1.0 + 1e-9) + f64::from(1 << k);
+        let worst = difference(&positions, k).into_iter().fold(0.0, |worst: f64, d| worst.max(d.abs()));
+        assert!(worst <= most, "difference {k}: {worst} {limit} {case:?}");
+    }
+    if case.to.speed == 0.0 {
+        assert_eq!(positions.last(), Some(&case.to.position.round()), "{case:?}");
+    }
+}
+
+#[test]
+fn each_tick_is_the_exact_motion_to_a_picometre_and_within_its_limits() {
+    let mut random = Pcg64Mcg::seed_from_u64(1);
+    let mut number = 0;
+    while number < 2000 {
+        let mut case = Case::random(&mut random, 1.0, Ends::Any);
+        // Somewhere in the travel, in whole picometres.
+        case.from.position = (case.from.position % 1e11).round();
+        case.to.position = (case.to.position % 1e11).round();
+        if case.to.speed != 0.0 || case.to.acceleration != 0.0 {
+            case.to = State { position: case.to.position, ..State::default() };
+        }
+        let ticks = Transfer::fastest(case.from, case.to, &case.limits).expect("it is possible").ticks();
+        if ticks < 20_000.0 {
+            assert_exact(&case);
+            number += 1;
+        }
+    }
+}
+
+#[test]
+fn a_hundred_millimetres_at_a_crawl_end_exactly() {
+    let limits = abbe_core::plan::Limits { speed: 20_000.0, ..STAGE };
+    let to = State { position: 1e11, ..State::default() };
+    assert_exact(&Case { from: State::default(), to, limits });
+}
+
+#[test]
+fn what_does_not_fit_is_refused() {
+    let far = |position: f64| {
+        let to = State { position, ..State::default() };
+        Transfer::fastest(State::default(), to, &STAGE).expect("it is possible")
+    };
+    assert!(Steps::of(&far(1e11)).is_some());
+    assert_eq!(Steps::of(&far(1e12)), None);
+    assert_eq!(Steps::of(&far(1e16)), None);
+}
+
+#[test]
+fn a_way_of_nothing_is_over_at_once() {
+    let at = State { position: 5e9, ..State::default() };
+    let steps = Steps::of(&Transfer::fastest(at, at, &STAGE).expect("it is possible")).expect("it fits");
+    let mut stride = Stride::default();
+    stride.tick(&steps);
+    assert!(stride.is_at_end());
+    assert_eq!(stride.position().pm(), 5_000_000_000);
+}
