@@ -5,7 +5,9 @@
 
 pub mod chords;
 pub mod compare;
+pub mod curve;
 pub mod path;
+pub mod pieces;
 pub mod profile;
 pub mod ramp;
 pub mod steps;

@@ -27,14 +27,14 @@ pub struct SetPoint {
     pub jerk: i64,
 }
 
-/// A phase from its first tick on.
+/// A cubic of time, from its first tick on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-struct Leg {
+pub struct Leg {
     /// Ticks from the start of the motion.
-    first: u32,
-    /// Position there and its first, second and third difference, with [`BITS`].
-    differences: [i64; 4],
+    pub first: u32,
+    /// Position there and its first, second and third difference, pm with 24, 38, 46 and 50 fractional bits.
+    pub differences: [i64; 4],
 }
 
 /// A motion laid out in ticks.
@@ -60,12 +60,12 @@ impl Steps {
         let mut legs = [Leg::default(); 8];
         let (mut begins, mut state) = (0.0, transfer.start());
         for (leg, phase) in legs.iter_mut().zip(transfer.phases()) {
-            *leg = Leg::from(begins, state, phase.jerk)?;
+            *leg = lay_out(begins, state, phase.jerk)?;
             begins += phase.ticks;
             state = state.after(phase.ticks, phase.jerk);
         }
         let end = State { acceleration: 0.0, ..transfer.end() };
-        *legs.last_mut()? = Leg::from(begins, end, 0.0)?;
+        *legs.last_mut()? = lay_out(begins, end, 0.0)?;
         Some(Self { legs })
     }
 
@@ -76,24 +76,66 @@ impl Steps {
     }
 }
 
-impl Leg {
-    /// Of a phase that begins at a time with a state and a jerk.
-    fn from(begins: f64, state: State, jerk: f64) -> Option<Self> {
-        let first = libm::ceil(begins);
-        let State { position, speed, acceleration } = state.after(first - begins, jerk);
-        let differences = [position, speed + acceleration / 2.0 + jerk / 6.0, acceleration + jerk, jerk];
-        let mut leg = Self { first: first as u32, differences: [0; 4] };
-        for ((fixed, number), bits) in leg.differences.iter_mut().zip(differences).zip(BITS) {
-            *fixed = fixed_point(number, bits)?;
-        }
-        Some(leg)
+/// A motion with constant jerk that begins with a state at a time, ticks: from the first tick at or after it.
+pub(super) fn lay_out(begins: f64, state: State, jerk: f64) -> Option<Leg> {
+    let first = libm::ceil(begins);
+    let State { position, speed, acceleration } = state.after(first - begins, jerk);
+    let differences = [position, speed + acceleration / 2.0 + jerk / 6.0, acceleration + jerk, jerk];
+    let mut leg = Leg { first: first as u32, differences: [0; 4] };
+    for ((fixed, number), bits) in leg.differences.iter_mut().zip(differences).zip(BITS) {
+        *fixed = fixed_point(number, bits)?;
     }
+    Some(leg)
 }
 
 /// A number with so many fractional bits; none if it does not fit 63 bits and a sign.
 fn fixed_point(number: f64, bits: u32) -> Option<i64> {
     let scaled = libm::round(libm::ldexp(number, bits.cast_signed()));
     (scaled.abs() < 9_223_372_036_854_775_808.0).then_some(scaled as i64)
+}
+
+/// Where an axis is within a leg.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Walker {
+    differences: [i64; 4],
+}
+
+impl Walker {
+    /// At the first tick of a leg.
+    #[inline]
+    pub fn begin(&mut self, leg: &Leg) {
+        self.differences = leg.differences;
+    }
+
+    /// A tick on.
+    #[inline]
+    pub fn step(&mut self) {
+        let [position, speed, acceleration, jerk] = &mut self.differences;
+        *position = position.wrapping_add(*speed >> 14);
+        *speed = speed.wrapping_add(*acceleration >> 8);
+        *acceleration = acceleration.wrapping_add(*jerk >> 4);
+    }
+
+    /// Where it is: rounded to a picometre.
+    #[inline]
+    pub fn position(&self) -> Pos {
+        let [position, ..] = self.differences;
+        Pos::from_pm(position.wrapping_add(1 << 23) >> 24)
+    }
+
+    /// All of it.
+    pub fn set_point(&self) -> SetPoint {
+        let [_, speed, acceleration, jerk] = self.differences;
+        // Differences are those to the next tick.
+        let (a, j) = (acceleration >> 8, jerk >> 12);
+        SetPoint {
+            position: self.position(),
+            speed: speed.wrapping_sub(a >> 1).wrapping_add(j / 3),
+            acceleration: acceleration.wrapping_sub(jerk >> 4),
+            jerk,
+        }
+    }
 }
 
 /// Where a motion is being walked.
@@ -103,7 +145,7 @@ pub struct Stride {
     tick: u32,
     /// Number of the next leg.
     next: u8,
-    differences: [i64; 4],
+    walker: Walker,
 }
 
 impl Stride {
@@ -111,16 +153,12 @@ impl Stride {
     #[inline]
     pub fn tick(&mut self, steps: &Steps) {
         if self.next > 0 {
-            let [position, speed, acceleration, jerk] = &mut self.differences;
-            *position = position.wrapping_add(*speed >> 14);
-            *speed = speed.wrapping_add(*acceleration >> 8);
-            *acceleration = acceleration.wrapping_add(*jerk >> 4);
+            self.walker.step();
             self.tick = self.tick.wrapping_add(1);
         }
-        // A phase may begin and end between two ticks.
+        // A phase may begin and end between two ticks: then it has none.
         while let Some(leg) = steps.legs.get(usize::from(self.next)).filter(|leg| leg.first <= self.tick) {
-            self.differences = leg.differences;
-            // Its first tick is this one, or it has none.
+            self.walker.begin(leg);
             self.next = self.next.wrapping_add(1);
         }
     }
@@ -134,20 +172,11 @@ impl Stride {
     /// Where it is: rounded to a picometre.
     #[inline]
     pub fn position(&self) -> Pos {
-        let [position, ..] = self.differences;
-        Pos::from_pm(position.wrapping_add(1 << 23) >> 24)
+        self.walker.position()
     }
 
     /// All of it.
     pub fn set_point(&self) -> SetPoint {
-        let [_, speed, acceleration, jerk] = self.differences;
-        // Differences lie half a tick ahead and more.
-        let (a, j) = (acceleration >> 8, jerk >> 12);
-        SetPoint {
-            position: self.position(),
-            speed: speed.wrapping_sub(a >> 1).wrapping_add(j / 3),
-            acceleration: acceleration.wrapping_sub(jerk >> 4),
-            jerk,
-        }
+        self.walker.set_point()
     }
 }

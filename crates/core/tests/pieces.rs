@@ -1,0 +1,111 @@
+//! Motions along curves, tick by tick: on the curve, within the limits of each axis by their differences, exact at the end.
+
+use abbe_core::plan::Limits;
+use abbe_core::plan::curve::{Arc, Curve, Place};
+use abbe_core::plan::pieces::{Along, Piece};
+use abbe_core::plan::steps::Walker;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// A stage's limits at 10 kHz, pm and ticks: 20 mm/s, 0.5 m/s², 20 m/s³.
+const MICROSCOPE: Limits = Limits { speed: 2e6, acceleration: 5000.0, jerk: 20.0 };
+/// 5 mm/s.
+const LITHO: Limits = Limits { speed: 5e5, ..MICROSCOPE };
+
+/// The set-points of all ticks and of a few beyond, pm.
+fn walked(along: &Along) -> Vec<Place> {
+    let pieces: Vec<Piece> = along.pieces().map(|piece| piece.expect("it fits")).collect();
+    let (mut walkers, mut next) = ([Walker::default(); 2], 0);
+    let last = along.ticks().ceil() as u32 + 5;
+    (0..=last)
+        .map(|tick| {
+            walkers.iter_mut().for_each(Walker::step);
+            while let Some(piece) = pieces.get(next).filter(|piece| piece[0].first <= tick) {
+                walkers.iter_mut().zip(piece).for_each(|(walker, leg)| walker.begin(leg));
+                next += 1;
+            }
+            walkers.map(|walker| walker.position().pm() as f64)
+        })
+        .collect()
+}
+
+/// How far from the curve a place is, pm.
+fn off(curve: &Curve, centre: Place, radius: f64, [x, y]: Place) -> f64 {
+    match curve {
+        Curve::Line { from, to } => {
+            let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+            ((x - from[0]) * dy - (y - from[1]) * dx) / dx.hypot(dy).max(1.0)
+        }
+        Curve::Arc(_) => (x - centre[0]).hypot(y - centre[1]) - radius,
+    }
+}
+
+fn assert_within(places: &[Place], axes: &[Limits; 2]) {
+    for (axis, limits) in axes.iter().enumerate() {
+        let mut values: Vec<f64> = places.iter().map(|place| place[axis]).collect();
+        for (k, limit) in [limits.speed, limits.acceleration, limits.jerk].into_iter().enumerate() {
+            values = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            let worst = values.iter().fold(0.0, |worst: f64, value| worst.max(value.abs()));
+            // Each position is rounded to a picometre.
+            let most = limit * (1.0 + 1e-6) + f64::from(2 << k);
+            assert!(worst <= most, "axis {axis}, difference {}: {worst} of {limit}", k + 1);
+        }
+    }
+}
+
+/// Radial error of a circle of 10 mm, smallest and largest, pm.
+fn circle(limits: Limits) -> [f64; 2] {
+    let (from, centre) = ([5e10, 2e10], [4e10, 2e10]);
+    let curve = Curve::Arc(Arc::new(from, from, centre, true));
+    let along = Along::fastest(curve, &[limits; 2], limits.speed).expect("it is possible");
+    let places = walked(&along);
+    assert_within(&places, &[limits; 2]);
+    assert_eq!(places.last(), Some(&from));
+    let errors = places.iter().map(|place| off(&curve, centre, 1e10, *place));
+    errors.fold([f64::MAX, f64::MIN], |[low, high], error| [low.min(error), high.max(error)])
+}
+
+#[test]
+fn a_circle_is_round() {
+    for (name, limits) in [("microscope-100, 20 mm/s", MICROSCOPE), ("litho-120, 5 mm/s", LITHO)] {
+        let [low, high] = circle(limits);
+        println!("{name}: radial error {low:.1} … {high:.1} pm");
+        // 5 nm were asked for.
+        assert!(low > -15.0 && high < 15.0, "{name}: {low} {high}");
+    }
+}
+
+#[test]
+fn random_curves_are_kept_to_and_end_exactly() {
+    let mut random = Pcg64Mcg::seed_from_u64(1);
+    let mut kept = 0;
+    for number in 0..3000 {
+        let mut place = || [(); 2].map(|()| random.random_range(0.0..1e11_f64).round());
+        let from = place();
+        let size = 10_f64.powf(random.random_range(2.0..10.0));
+        let [angle, sweep] = [(); 2].map(|()| random.random_range(0.0..std::f64::consts::TAU));
+        let axes = [MICROSCOPE, if number % 2 == 0 { MICROSCOPE } else { LITHO }];
+        let feed = 2e6 * 10_f64.powf(random.random_range(-3.0..0.5));
+        let on = |angle: f64| [from[0] + size * angle.cos(), from[1] + size * angle.sin()];
+        let curve = if number % 3 == 0 {
+            Curve::Line { from, to: on(angle).map(f64::round) }
+        } else {
+            let ends = [on(angle), on(angle + sweep)];
+            Curve::Arc(Arc::new(ends[0], ends[1], from, random.random()))
+        };
+        let along = Along::fastest(curve, &axes, feed).expect("it is possible");
+        if along.ticks() > 100_000.0 {
+            continue;
+        }
+        let places = walked(&along);
+        assert_within(&places, &axes);
+        for place in &places {
+            let error = off(&curve, from, size, *place);
+            assert!(error.abs() < 15.0, "{error} {curve:?}");
+        }
+        let end = curve.spot(curve.length()).at.map(f64::round);
+        assert_eq!(places.last(), Some(&end), "{curve:?}");
+        kept += 1;
+    }
+    assert!(kept > 1500, "{kept}");
+}
