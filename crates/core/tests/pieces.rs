@@ -1,11 +1,12 @@
 //! Motions along curves, tick by tick: on the curve, within the limits of each axis by their differences, exact at the end.
 
 use abbe_core::plan::Limits;
-use abbe_core::plan::curve::{Arc, Curve, Place};
+use abbe_core::plan::curve::{Arc, Curve, Place, Sine};
 use abbe_core::plan::pieces::{Along, Piece};
 use abbe_core::plan::steps::Walker;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use std::f64::consts::TAU;
 
 /// A stage's limits at 10 kHz, pm and ticks: 20 mm/s, 0.5 m/s², 20 m/s³.
 const MICROSCOPE: Limits = Limits { speed: 2e6, acceleration: 5000.0, jerk: 20.0 };
@@ -29,14 +30,37 @@ fn walked(along: &Along) -> Vec<Place> {
         .collect()
 }
 
-/// How far from the curve a place is, pm.
-fn off(curve: &Curve, centre: Place, radius: f64, [x, y]: Place) -> f64 {
-    match curve {
-        Curve::Line { from, to } => {
-            let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
-            ((x - from[0]) * dy - (y - from[1]) * dx) / dx.hypot(dy).max(1.0)
-        }
-        Curve::Arc(_) => (x - centre[0]).hypot(y - centre[1]) - radius,
+/// How far from a line a place is, pm, to its left.
+fn off_line(from: Place, to: Place, [x, y]: Place) -> f64 {
+    let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+    ((y - from[1]) * dx - (x - from[0]) * dy) / dx.hypot(dy).max(1.0)
+}
+
+fn off_circle(centre: Place, radius: f64, [x, y]: Place) -> f64 {
+    (x - centre[0]).hypot(y - centre[1]) - radius
+}
+
+/// A sine by its equation.
+#[derive(Clone, Copy, Debug)]
+struct Wave {
+    from: Place,
+    to: Place,
+    amplitude: f64,
+    periods: u32,
+    phase: f64,
+}
+
+impl Wave {
+    /// How far from it a place is, by the tangent of its equation there.
+    fn off(&self, [x, y]: Place) -> f64 {
+        let [dx, dy] = [self.to[0] - self.from[0], self.to[1] - self.from[1]];
+        let length = dx.hypot(dy);
+        let along = ((x - self.from[0]) * dx + (y - self.from[1]) * dy) / length;
+        let turn = TAU * f64::from(self.periods) / length;
+        let angle = turn * along + self.phase;
+        let left = self.amplitude * (angle.sin() - self.phase.sin());
+        let slope = self.amplitude * turn * angle.cos();
+        (off_line(self.from, self.to, [x, y]) - left) / slope.hypot(1.0)
     }
 }
 
@@ -61,7 +85,7 @@ fn circle(limits: Limits) -> [f64; 2] {
     let places = walked(&along);
     assert_within(&places, &[limits; 2]);
     assert_eq!(places.last(), Some(&from));
-    let errors = places.iter().map(|place| off(&curve, centre, 1e10, *place));
+    let errors = places.iter().map(|place| off_circle(centre, 1e10, *place));
     errors.fold([f64::MAX, f64::MIN], |[low, high], error| [low.min(error), high.max(error)])
 }
 
@@ -83,7 +107,7 @@ fn random_curves_are_kept_to_and_end_exactly() {
         let mut place = || [(); 2].map(|()| random.random_range(0.0..1e11_f64).round());
         let from = place();
         let size = 10_f64.powf(random.random_range(2.0..10.0));
-        let [angle, sweep] = [(); 2].map(|()| random.random_range(0.0..std::f64::consts::TAU));
+        let [angle, sweep] = [(); 2].map(|()| random.random_range(0.0..TAU));
         let axes = [MICROSCOPE, if number % 2 == 0 { MICROSCOPE } else { LITHO }];
         let feed = 2e6 * 10_f64.powf(random.random_range(-3.0..0.5));
         let on = |angle: f64| [from[0] + size * angle.cos(), from[1] + size * angle.sin()];
@@ -100,7 +124,10 @@ fn random_curves_are_kept_to_and_end_exactly() {
         let places = walked(&along);
         assert_within(&places, &axes);
         for place in &places {
-            let error = off(&curve, from, size, *place);
+            let error = match curve {
+                Curve::Line { from, to } => off_line(from, to, *place),
+                _ => off_circle(from, size, *place),
+            };
             assert!(error.abs() < 15.0, "{error} {curve:?}");
         }
         let end = curve.spot(curve.length()).at.map(f64::round);
@@ -108,4 +135,34 @@ fn random_curves_are_kept_to_and_end_exactly() {
         kept += 1;
     }
     assert!(kept > 1500, "{kept}");
+}
+
+/// Flat and steep, one period and many.
+#[test]
+fn random_sines_are_kept_to_and_end_exactly() {
+    let mut random = Pcg64Mcg::seed_from_u64(2);
+    let mut kept = 0;
+    for _ in 0..250 {
+        let mut decades = |low: f64, high: f64| 10_f64.powf(random.random_range(low..high));
+        let (length, amplitude) = (decades(6.0, 10.5), decades(4.0, 9.5));
+        let periods = decades(0.0, 2.0) as u32;
+        let [angle, phase] = [(); 2].map(|()| random.random_range(0.0..TAU));
+        let from = [(); 2].map(|()| random.random_range(0.0..1e11_f64).round());
+        let to = [from[0] + length * angle.cos(), from[1] + length * angle.sin()];
+        let wave = Wave { from, to, amplitude, periods, phase };
+        let curve = Curve::Sine(Sine::new(from, to, amplitude, periods, phase));
+        let axes = [MICROSCOPE, LITHO];
+        let along = Along::fastest(curve, &axes, 2e6).expect("it is possible");
+        if along.ticks() > 200_000.0 {
+            continue;
+        }
+        let places = walked(&along);
+        assert_within(&places, &axes);
+        for place in &places {
+            assert!(wave.off(*place).abs() < 15.0, "{} {wave:?}", wave.off(*place));
+        }
+        assert_eq!(places.last(), Some(&to.map(f64::round)), "{wave:?}");
+        kept += 1;
+    }
+    assert!(kept > 100, "{kept}");
 }

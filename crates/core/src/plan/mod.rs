@@ -10,6 +10,7 @@ pub mod path;
 pub mod pieces;
 pub mod profile;
 pub mod ramp;
+mod root;
 pub mod steps;
 pub mod transfer;
 

@@ -5,7 +5,7 @@
 //! power of its time: pieces are as long as [`MOST_OFF`] allows. The next piece begins with the place and the speed of
 //! the last, and with its acceleration but for a third order, so that differences see no seam.
 
-use super::curve::{Curve, Spot};
+use super::curve::{Bend, Curve, Spot};
 use super::profile::Limits;
 use super::steps::{Leg, lay_out};
 use super::transfer::{Infeasible, State, Transfer};
@@ -78,17 +78,17 @@ impl Pieces {
 
     /// Ticks of the longest piece from here to another state of the phase.
     ///
-    /// Round a curve of curvature κ at speed v, acceleration a and jerk j along it, the fourth derivative of the place is
-    /// κ³v⁴ + 6κ²v²a + 3κa² + 4κvj at most.
+    /// At speed v, acceleration a and jerk j along a curve of curvature κ the fourth derivative of the place is at most
+    /// (κ'' + 3κκ' + κ³)v⁴ + 6(κ' + κ²)v²a + κ(3a² + 4vj).
     fn longest(&self, to: State, jerk: f64) -> f64 {
-        let bend = self.along.curve.curvature();
+        let Some(Bend { curvature, change, second }) = self.along.curve.bend() else { return f64::INFINITY };
         let speed = self.state.speed.abs().max(to.speed.abs());
         let acceleration = self.state.acceleration.abs().max(to.acceleration.abs());
-        let turn = bend * speed;
-        let fourth = turn * turn * turn * speed
-            + 6.0 * turn * turn * acceleration
-            + 3.0 * bend * acceleration * acceleration
-            + 4.0 * turn * jerk.abs();
+        let squared = speed * speed;
+        let fourth =
+            (second + 3.0 * curvature * change + curvature * curvature * curvature) * squared * squared
+                + 6.0 * (change + curvature * curvature) * squared * acceleration
+                + curvature * (3.0 * acceleration * acceleration + 4.0 * speed * jerk.abs());
         libm::sqrt(libm::sqrt(384.0 * MOST_OFF / fourth))
     }
 
@@ -97,7 +97,7 @@ impl Pieces {
         let mut piece = [Leg::default(); 2];
         for (axis, leg) in piece.iter_mut().enumerate() {
             let [from, to] = [0, 1].map(|end| on_axis(spots.get(end), ends.get(end), axis));
-            let cubic = if self.along.curve.is_straight() {
+            let cubic = if self.along.curve.bend().is_none() {
                 let share = spots[0].tangent.get(axis).copied().unwrap_or(0.0);
                 (State { acceleration: share * ends[0].acceleration, ..from }, share * jerk)
             } else {

@@ -1,7 +1,7 @@
 //! Profiles with a phase of constant speed, which last as long as that speed is low.
 
+use super::super::root::{Point, root};
 use super::family::cut;
-use super::root::{Point, root};
 use super::{Motion, Stretch, Task, mirrored, time, way};
 
 /// Most ranges of speeds at which the changes lead too far.

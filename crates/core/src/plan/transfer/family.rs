@@ -1,6 +1,6 @@
 //! The profiles +, −, + between two speeds and accelerations: one parameter, and what comes of it.
 
-use super::root::{Point, root};
+use super::super::root::{Point, root};
 use super::{Motion, Stretch, Task, time, way};
 
 /// All profiles of phases +, 0, −, 0, −, 0, + from the start to the speed and acceleration of the end.

@@ -15,15 +15,14 @@
 
 mod cruise;
 mod family;
-mod root;
 mod together;
 
 pub use together::together;
 
 use super::profile::{Limits, durations};
+use super::root::{Point, root};
 use cruise::Cruise;
 use family::Family;
-use root::{Point, root};
 
 /// A state of motion along one line: picometres and ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
