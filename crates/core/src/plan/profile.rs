@@ -5,7 +5,7 @@
 //! exactly, so the unit is chosen last, as way ÷ K, and the end is met to the last picometre.
 
 /// Limits of a motion, picometres and ticks.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Limits {
     /// Picometres a tick.

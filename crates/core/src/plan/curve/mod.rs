@@ -89,18 +89,18 @@ impl Curve {
     }
 }
 
-fn distance(from: Place, to: Place) -> f64 {
+pub(super) fn distance(from: Place, to: Place) -> f64 {
     libm::hypot(to[0] - from[0], to[1] - from[1])
 }
 
 /// From one place to another; nowhere if both are one.
-fn direction(from: Place, to: Place) -> Place {
+pub(super) fn direction(from: Place, to: Place) -> Place {
     let length = distance(from, to);
     if length > 0.0 { [(to[0] - from[0]) / length, (to[1] - from[1]) / length] } else { [0.0; 2] }
 }
 
 /// The axis that comes to a limit first decides.
-fn straight(direction: Place, axes: &[Limits; 2], feed: f64) -> Limits {
+pub(super) fn straight(direction: Place, axes: &[Limits; 2], feed: f64) -> Limits {
     let mut along = Limits { speed: feed, acceleration: f64::MAX, jerk: f64::MAX };
     let [x, y] = axes;
     // To go nowhere takes no time, but numbers that are some.

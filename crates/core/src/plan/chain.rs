@@ -1,0 +1,149 @@
+//! Lines one behind the other, looked at ahead: how fast each corner may be passed, so that none comes too soon.
+//!
+//! Each corner first gets the speed that its tolerance and the halves of its lines allow ([`Corner`]). Then, from the end
+//! back, none may be faster than the line behind it can slow down from, and from the start on none faster than the line
+//! before it can speed up to. Between two corners a line is the fastest motion from speed to speed ([`Transfer`]).
+
+use super::corner::{Corner, changing};
+use super::curve::{Place, direction, distance, straight};
+use super::pieces::Piece;
+use super::profile::Limits;
+use super::steps::{Leg, lay_out};
+use super::transfer::{Infeasible, State, Transfer};
+
+/// How a chain of lines is to be gone along.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Manner {
+    /// Limits of the axes.
+    pub axes: [Limits; 2],
+    /// Highest speed along the lines, pm a tick.
+    pub feed: f64,
+    /// Corners are cut by so much at most, pm; 0 stops in each.
+    pub tolerance: f64,
+}
+
+/// Looks ahead over all places of a chain, two at least, from rest to rest: the corners between the lines, as fast as they
+/// can be passed. `corners` must have room for one less than there are lines; places that are the same twice are a stop.
+pub fn look_ahead<'c>(places: &[Place], manner: &Manner, corners: &'c mut [Corner]) -> &'c mut [Corner] {
+    let number = places.len().saturating_sub(2).min(corners.len());
+    let corners = corners.get_mut(..number).unwrap_or_default();
+    for (corner, three) in corners.iter_mut().zip(places.windows(3)) {
+        if let [from, at, to] = three {
+            let room = distance(*from, *at).min(distance(*at, *to)) / 2.0;
+            *corner = Corner::fastest([*from, *at, *to], &manner.axes, manner.feed, manner.tolerance, room);
+        }
+    }
+    slow_down(places, manner, corners);
+    corners
+}
+
+/// Both passes.
+fn slow_down(places: &[Place], manner: &Manner, corners: &mut [Corner]) {
+    let line = |number: usize| Line::of(places.get(number..), manner);
+    let mut behind = Corner::default();
+    for (number, corner) in corners.iter_mut().enumerate().rev() {
+        *corner = line(number.saturating_add(1)).slowed(*corner, &behind);
+        behind = *corner;
+    }
+    let mut before = Corner::default();
+    for (number, corner) in corners.iter_mut().enumerate() {
+        *corner = line(number).slowed(*corner, &before);
+        before = *corner;
+    }
+}
+
+/// A line between two corners.
+struct Line {
+    length: f64,
+    limits: Limits,
+}
+
+impl Line {
+    /// Between the first two of some places.
+    fn of(places: Option<&[Place]>, manner: &Manner) -> Self {
+        let Some([from, to, ..]) = places else {
+            return Self { length: 0.0, limits: straight([0.0; 2], &manner.axes, manner.feed) };
+        };
+        Self {
+            length: distance(*from, *to),
+            limits: straight(direction(*from, *to), &manner.axes, manner.feed),
+        }
+    }
+
+    /// A corner at one end, slow enough for the speed to change to that of the other within the line.
+    fn slowed(&self, corner: Corner, other: &Corner) -> Corner {
+        let left = |corner: &Corner| {
+            self.length - corner.reach() - other.reach() - self.change(corner.speed, other.speed)
+        };
+        if corner.speed <= other.speed || left(&corner) >= 0.0 {
+            return corner;
+        }
+        let slowed = corner.slowed(corner.speed, left);
+        // It need not be slower than the other.
+        if slowed.speed < other.speed { slowed.at_speed(other.speed) } else { slowed }
+    }
+
+    /// The way on which a speed changes to another.
+    fn change(&self, from: f64, to: f64) -> f64 {
+        let (rise, pause) = changing((to - from).abs(), self.limits.acceleration, self.limits.jerk);
+        f64::midpoint(from, to) * (2.0 * rise + pause)
+    }
+}
+
+/// The pieces of a whole chain that was looked at, to `take`, in their order; ticks it takes.
+///
+/// # Errors
+/// A limit, the feed or a place is no number; or a piece does not fit a tick's integers: then [`Infeasible::NoNumber`].
+pub fn walk(
+    places: &[Place],
+    manner: &Manner,
+    corners: &[Corner],
+    mut take: impl FnMut(Piece),
+) -> Result<f64, Infeasible> {
+    let mut time = 0.0;
+    let mut before = Corner::default();
+    for (number, ends) in places.windows(2).enumerate() {
+        let [from, to] = ends else { continue };
+        let behind = corners.get(number).copied().unwrap_or_default();
+        let line = Line::of(Some(ends), manner);
+        let way = direction(*from, *to);
+        let begins = State { position: before.reach(), speed: before.speed, ..State::default() };
+        let ends = State { position: line.length - behind.reach(), speed: behind.speed, ..State::default() };
+        let motion = Transfer::fastest(begins, ends, &line.limits)?;
+        for phase in straight_pieces(&motion, *from, way, time) {
+            take(phase.ok_or(Infeasible::NoNumber)?);
+        }
+        time += motion.ticks();
+        if behind.speed > 0.0 {
+            for piece in behind.pieces(time) {
+                take(piece.ok_or(Infeasible::NoNumber)?);
+            }
+            time += behind.ticks();
+        }
+        before = behind;
+    }
+    let [x, y] = places.last().copied().unwrap_or_default();
+    let rest = |position: f64| lay_out(time, State { position, ..State::default() }, 0.0);
+    take([rest(x), rest(y)].map(Option::unwrap_or_default));
+    Ok(time)
+}
+
+/// A motion along a line, from a place in a direction.
+fn straight_pieces(motion: &Transfer, from: Place, way: Place, begins: f64) -> [Option<Piece>; 7] {
+    let (mut state, mut time) = (motion.start(), begins);
+    motion.phases().map(|phase| {
+        let mut piece = [Leg::default(); 2];
+        for ((leg, from), part) in piece.iter_mut().zip(from).zip(way) {
+            let State { position, speed, acceleration } = state;
+            let on_axis = State {
+                position: from + part * position,
+                speed: part * speed,
+                acceleration: part * acceleration,
+            };
+            *leg = lay_out(time, on_axis, part * phase.jerk)?;
+        }
+        state = state.after(phase.ticks, phase.jerk);
+        time += phase.ticks;
+        Some(piece)
+    })
+}

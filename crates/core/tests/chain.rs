@@ -1,0 +1,126 @@
+//! Chains of lines with rounded corners, tick by tick: within tolerance and limits, exact at the end, and how fast.
+
+use abbe_core::plan::Limits;
+use abbe_core::plan::chain::{Manner, look_ahead, walk};
+use abbe_core::plan::corner::Corner;
+use abbe_core::plan::curve::Place;
+use abbe_core::plan::pieces::Piece;
+use abbe_core::plan::steps::Walker;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// A stage's limits at 10 kHz, pm and ticks: 20 mm/s, 0.5 m/s², 20 m/s³.
+const STAGE: Limits = Limits { speed: 2e6, acceleration: 5000.0, jerk: 20.0 };
+
+/// The set-points of all ticks and of a few beyond, pm.
+fn walked(places: &[Place], manner: &Manner) -> Vec<Place> {
+    let mut corners = vec![Corner::default(); places.len().saturating_sub(2)];
+    let mut pieces: Vec<Piece> = Vec::new();
+    let corners = look_ahead(places, manner, &mut corners);
+    let ticks = walk(places, manner, corners, |piece| pieces.push(piece)).expect("it is possible");
+    let (mut walkers, mut next) = ([Walker::default(); 2], 0);
+    (0..=ticks.ceil() as u32 + 5)
+        .map(|tick| {
+            walkers.iter_mut().for_each(Walker::step);
+            while let Some(piece) = pieces.get(next).filter(|piece| piece[0].first <= tick) {
+                walkers.iter_mut().zip(piece).for_each(|(walker, leg)| walker.begin(leg));
+                next += 1;
+            }
+            walkers.map(|walker| walker.position().pm() as f64)
+        })
+        .collect()
+}
+
+fn assert_within(places: &[Place], axes: &[Limits; 2]) {
+    for (axis, limits) in axes.iter().enumerate() {
+        let mut values: Vec<f64> = places.iter().map(|place| place[axis]).collect();
+        for (k, limit) in [limits.speed, limits.acceleration, limits.jerk].into_iter().enumerate() {
+            values = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            let worst = values.iter().fold(0.0, |worst: f64, value| worst.max(value.abs()));
+            // Each position is rounded to a picometre.
+            let most = limit * (1.0 + 1e-6) + f64::from(2 << k);
+            assert!(worst <= most, "axis {axis}, difference {}: {worst} of {limit}", k + 1);
+        }
+    }
+}
+
+/// From a place to the nearest of the lines, pm.
+fn beside(places: &[Place], [x, y]: Place) -> f64 {
+    let of = |ends: &[Place]| {
+        let [dx, dy] = [ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]];
+        let squared = dx * dx + dy * dy;
+        let part =
+            if squared > 0.0 { ((x - ends[0][0]) * dx + (y - ends[0][1]) * dy) / squared } else { 0.0 };
+        let part = part.clamp(0.0, 1.0);
+        (x - ends[0][0] - part * dx).hypot(y - ends[0][1] - part * dy)
+    };
+    places.windows(2).map(of).fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn a_right_angle_is_cut_by_a_micrometre_and_no_more() {
+    let places = [[0.0, 0.0], [1e9, 0.0], [1e9, 1e9]];
+    let manner = Manner { axes: [STAGE; 2], feed: 2e6, tolerance: 1e6 };
+    let path = walked(&places, &manner);
+    assert_within(&path, &manner.axes);
+    assert_eq!(path.last(), Some(&places[2]));
+    let nearest = path.iter().map(|[x, y]| (x - 1e9).hypot(*y)).fold(f64::INFINITY, f64::min);
+    // The tolerance, but for where the ticks fall; that of the path itself is exact.
+    assert!((0.999e6..=1.001e6).contains(&nearest), "{nearest}");
+    let corner = Corner::fastest(places, &manner.axes, manner.feed, manner.tolerance, 0.5e9);
+    assert!(corner.off() <= 1e6 && corner.off() > 0.999_999e6, "{}", corner.off());
+    let stopping = walked(&places, &Manner { tolerance: 0.0, ..manner });
+    assert!(path.len() < stopping.len());
+    assert_eq!(stopping.iter().map(|place| beside(&places, *place)).fold(0.0, f64::max), 0.0);
+}
+
+#[test]
+fn random_chains_keep_to_tolerance_and_limits_and_end_exactly() {
+    let mut random = Pcg64Mcg::seed_from_u64(1);
+    for number in 0..400 {
+        let length = 10_f64.powf(random.random_range(3.0..9.5));
+        let mut at = [(); 2].map(|()| random.random_range(0.0..1e11_f64).round());
+        let mut places = vec![at];
+        let count = if number % 10 == 0 { 200 } else { random.random_range(1..12) };
+        for _ in 0..count {
+            // Now and then the same place again, straight on, or back.
+            let [dx, dy] = match random.random_range(0..20) {
+                0 => [0.0; 2],
+                1 => [length, 0.0],
+                2 => [-length, 0.0],
+                _ => [(); 2].map(|()| random.random_range(-length..length)),
+            };
+            at = [(at[0] + dx).round(), (at[1] + dy).round()];
+            places.push(at);
+        }
+        let tolerance = if number % 5 == 0 { 0.0 } else { 10_f64.powf(random.random_range(1.0..7.0)) };
+        let feed = 10_f64.powf(random.random_range(3.0..6.5));
+        let axes = [STAGE, Limits { speed: 5e5, acceleration: 2000.0, ..STAGE }];
+        let manner = Manner { axes, feed, tolerance };
+        if 2.0 * length * f64::from(count) / feed > 300_000.0 {
+            continue;
+        }
+        let path = walked(&places, &manner);
+        assert_within(&path, &manner.axes);
+        assert_eq!(path.last(), places.last(), "{places:?}");
+        for place in &path {
+            let off = beside(&places, *place);
+            assert!(off <= tolerance + 2.0, "{off} {tolerance} {places:?}");
+        }
+    }
+}
+
+/// A hundred lines of 0.1 mm on a circle of 10 mm: their corners are flat, and one stop in each would take far longer.
+#[test]
+fn flat_corners_hardly_slow_down() {
+    let on = |k: u32| {
+        let angle = f64::from(k) * 0.01;
+        [1e10 * angle.cos(), 1e10 * angle.sin()].map(f64::round)
+    };
+    let places: Vec<Place> = (0..=100).map(on).collect();
+    let manner = Manner { axes: [STAGE; 2], feed: 1e6, tolerance: 1e6 };
+    let (rounded, stopping) =
+        (walked(&places, &manner), walked(&places, &Manner { tolerance: 0.0, ..manner }));
+    assert_within(&rounded, &manner.axes);
+    assert!(3 * rounded.len() < stopping.len(), "{} {}", rounded.len(), stopping.len());
+}
