@@ -46,29 +46,30 @@ pub struct Read {
     pub fault: Option<SignalFault>,
 }
 
-/// What a head remembers.
+/// What a head remembers. In this order, what each tick needs lies within reach of a Cortex-M0+'s short loads.
 #[derive(Clone, Copy, Debug)]
+#[repr(C)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Head {
-    correction: Correction,
-    residual: Residual,
-    nominal: u32,
     join: Join,
-    unwrap: Unwrap,
-    limits: [SampleLimit; 2],
-    /// The sample of this tick was put in the place of another.
-    replaced: bool,
-    count_limit: CountLimit,
-    health: Health,
-    gather: Gather,
-    /// A block is whole, and none is begun until its [`Refined`] comes.
-    ready: bool,
-    recursive: Recursive,
-    tracks: bool,
     course: Course,
     last: Periods,
+    unwrap: Unwrap,
+    correction: Correction,
+    nominal: u32,
     /// 2³² / factor, for the position of a step.
     step: u32,
+    /// The sample of this tick was put in the place of another.
+    replaced: bool,
+    /// A block is whole, and none is begun until its [`Refined`] comes.
+    ready: bool,
+    tracks: bool,
+    health: Health,
+    gather: Gather,
+    residual: Residual,
+    limits: [SampleLimit; 2],
+    count_limit: CountLimit,
+    recursive: Recursive,
 }
 
 impl Head {
