@@ -58,20 +58,25 @@ fn beside(places: &[Place], [x, y]: Place) -> f64 {
 }
 
 #[test]
-fn a_right_angle_is_cut_by_a_micrometre_and_no_more() {
+fn a_right_angle_is_cut_by_the_tolerance_and_no_more_if_it_is_worth_it() {
     let places = [[0.0, 0.0], [1e9, 0.0], [1e9, 1e9]];
-    let manner = Manner { axes: [STAGE; 2], feed: 2e6, tolerance: 1e6 };
-    let path = walked(&places, &manner);
-    assert_within(&path, &manner.axes);
-    assert_eq!(path.last(), Some(&places[2]));
-    let nearest = path.iter().map(|[x, y]| (x - 1e9).hypot(*y)).fold(f64::INFINITY, f64::min);
-    // The tolerance, but for where the ticks fall; that of the path itself is exact.
-    assert!((0.999e6..=1.001e6).contains(&nearest), "{nearest}");
-    let corner = Corner::fastest(places, &manner.axes, manner.feed, manner.tolerance, 0.5e9);
-    assert!(corner.off() <= 1e6 && corner.off() > 0.999_999e6, "{}", corner.off());
-    let stopping = walked(&places, &Manner { tolerance: 0.0, ..manner });
-    assert!(path.len() < stopping.len());
-    assert_eq!(stopping.iter().map(|place| beside(&places, *place)).fold(0.0, f64::max), 0.0);
+    for tolerance in [1e6, 1e8] {
+        let corner = Corner::fastest(places, &[STAGE; 2], 2e6, tolerance, 0.5e9);
+        assert!((corner.off() / tolerance - 1.0).abs() < 1e-9, "{}", corner.off());
+        let manner = Manner { axes: [STAGE; 2], feed: 2e6, tolerance };
+        let path = walked(&places, &manner);
+        assert_within(&path, &manner.axes);
+        assert_eq!(path.last(), Some(&places[2]));
+        let nearest = path.iter().map(|[x, y]| (x - 1e9).hypot(*y)).fold(f64::INFINITY, f64::min);
+        let stopping = walked(&places, &Manner { tolerance: 0.0, ..manner });
+        // A micrometre is too little for it: a stop is sooner.
+        let rounds = tolerance > 1e7;
+        assert_eq!(nearest > 0.0, rounds, "{nearest}");
+        // But for where the ticks fall.
+        assert!(nearest <= 1.001 * tolerance, "{nearest}");
+        assert_eq!(path.len() < stopping.len(), rounds, "{} {}", path.len(), stopping.len());
+        assert!(stopping.iter().all(|place| beside(&places, *place) < 1.0));
+    }
 }
 
 #[test]

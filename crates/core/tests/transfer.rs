@@ -109,6 +109,8 @@ fn what_cannot_be_done_is_said() {
     assert_eq!(plan(rest, State { acceleration: -4000.0, ..overshooting }), Err(Infeasible::End));
     assert_eq!(plan(State { acceleration: -4000.0, ..overshooting }, rest), Ok(()));
     assert_eq!(plan(State { position: f64::NAN, ..rest }, rest), Err(Infeasible::NoNumber));
+    let [far, farther] = [-f64::MAX, f64::MAX].map(|position| State { position, ..rest });
+    assert_eq!(plan(far, farther), Err(Infeasible::NoNumber));
     for limits in [
         Limits { jerk: 0.0, ..STAGE },
         Limits { speed: f64::INFINITY, ..STAGE },
@@ -175,6 +177,44 @@ fn a_motion_can_be_made_to_last() {
     }
     println!("{as_long} as long as wanted, {longer} longer, up to {slowest} times");
     assert!(as_long > 100 * longer, "{as_long} {longer}");
+}
+
+/// One axis has no way to go, a short one, or a long one, and takes as long as it is told.
+#[test]
+fn an_axis_without_a_way_waits_where_it_is() {
+    let at = |position: f64| State { position, ..State::default() };
+    for way in [0.0, 1.0, 1e3, 1e8, -1e10] {
+        let fastest = Transfer::fastest(at(5e9), at(5e9 + way), &STAGE).expect("it is possible");
+        for ticks in [0.0, 1.0, 100.0, 542.9, 650.0, 5000.0, 1e7] {
+            let lasting = fastest.lasting(&STAGE, ticks).expect("it is possible");
+            assert_is_right(&lasting, &Case { from: at(5e9), to: at(5e9 + way), limits: STAGE });
+            let wanted = ticks.max(fastest.ticks());
+            assert!(
+                (lasting.ticks() - wanted).abs() <= ROUNDED * wanted,
+                "{way} {ticks}: {}",
+                lasting.ticks()
+            );
+        }
+    }
+    let [x, y] = together(&[at(0.0); 2], &[at(1e8), at(0.0)], &[STAGE; 2]).expect("it is possible");
+    assert!((x.ticks() - y.ticks()).abs() < ROUNDED * x.ticks());
+    assert!((0..600).all(|tick| y.at(f64::from(tick)) == at(0.0)), "{y:?}");
+}
+
+/// To rest at once: nothing that goes on to a place is at rest sooner.
+#[test]
+fn a_stop_is_over_before_any_other_way_to_rest() {
+    let mut random = Pcg64Mcg::seed_from_u64(5);
+    for _ in 0..100_000 {
+        let case = Case::random(&mut random, 1.0, Ends::FromMotion);
+        let stop = Transfer::stop(case.from, &case.limits).expect("it is possible");
+        assert_is_right(&stop, &Case { to: stop.end(), ..case });
+        assert!(stop.ticks() <= planned(&case).ticks() * (1.0 + ROUNDED), "{case:?}");
+        let again = Case { to: stop.end(), ..case };
+        assert!(stop.ticks() >= planned(&again).ticks() * (1.0 - ROUNDED), "{case:?}");
+    }
+    let too_fast = State { speed: 2.1e6, ..State::default() };
+    assert_eq!(Transfer::stop(too_fast, &STAGE), Err(Infeasible::Start));
 }
 
 #[test]

@@ -30,7 +30,7 @@ pub(crate) enum Topic {
     Homing,
     /// Disturbed edges through the counter, and how many it loses; minutes.
     Edges,
-    /// Plans from state to state beside those of another planner: failures, durations, costs.
+    /// Plans from state to state beside those of another planner: failures, durations, costs; a minute or two.
     Planner,
     /// Poor signals through comparators, counter and head, and how many periods are lost; many minutes.
     Periods,
@@ -170,7 +170,7 @@ impl Topic {
         match self {
             Self::Demo => demo(root),
             Self::Homing => homing(root),
-            // Both examples fail if anything is lost, the planner's if a plan does.
+            // Both examples fail if anything is lost, the planner's if a plan does or takes longer than it may.
             Self::Edges => tables(root, "abbe-core", "edges", &[&EDGES.to_string()]),
             Self::Periods => tables(root, "abbe-core", "periods", &[&EDGES_OF_A_HEAD.to_string()]),
             Self::Planner => tables(root, "abbe-core", "transfer_trials", &[PLANS]),

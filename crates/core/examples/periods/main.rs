@@ -49,7 +49,7 @@ fn main() -> ExitCode {
             let tally = all(edges, seed, |edges, seed| track.run(edges, seed), Tally::and);
             print_row(&track, speed, &tally);
             if !tally.is_within(track.bound()) {
-                eprintln!("The row above, seed {seed}, is worse than it may be.");
+                eprintln!("worse than it may be, seed {seed}: {track:?}");
                 worse = true;
             }
             all_edges += tally.edges;

@@ -38,26 +38,26 @@ fn print_fails(plans: u32) -> bool {
     println!(
         "| unit, with seconds | plans | fail | end off by, part of the way | rsruckig fails |\n|---|---:|---:|---:|---:|"
     );
-    let mut all = 0;
+    let mut good = true;
     for (name, unit) in UNITS {
         let mut random = Pcg64Mcg::seed_from_u64(1);
         let mut other = Other::<1>::new();
         let (mut fails, mut fails_of_other, mut worst) = (0, 0, 0.0_f64);
         for _ in 0..plans {
             let case = Case::random(&mut random, 1.0, Ends::Any).in_units(unit, TICK_S);
-            match Transfer::fastest(case.from, case.to, &case.limits) {
-                Ok(transfer) => worst = worst.max(off(&transfer, &case)),
-                Err(_) => fails += 1,
+            match Transfer::fastest(case.from, case.to, &case.limits).map(|transfer| off(&transfer, &case)) {
+                Ok(off) if off < 1e-9 => worst = worst.max(off),
+                _ => fails += 1,
             }
             other.set(&[case]);
             fails_of_other += u32::from(other.plan().is_none());
         }
-        all += fails;
+        good &= fails == 0;
         let percent = 100.0 * f64::from(fails_of_other) / f64::from(plans);
         println!("| {name} | {plans} | {fails} | {worst:.1e} | {percent:.1} % |");
     }
     println!();
-    all == 0
+    good
 }
 
 /// By how much the sums of the phases miss the end, part of the way at full speed.
@@ -79,7 +79,7 @@ fn print_durations(plans: u32) -> bool {
     let mut good = true;
     for ends in [Ends::AtRest, Ends::FromMotion, Ends::Any] {
         good &= ratios::<1>(plans, ends, plan_one);
-        good &= ratios::<2>(plans, ends, |cases| plan_two(&cases)) || ends == Ends::Any;
+        good &= ratios::<2>(plans, ends, |cases| plan_two(&cases));
     }
     println!();
     good
@@ -98,13 +98,18 @@ fn ratios<const N: usize>(plans: u32, ends: Ends, plan: impl Fn([Case; N]) -> Op
         let cases = [(); N].map(|()| Case::random(&mut random, 1.0, ends).in_units(1e-12, TICK_S));
         other.set(&cases);
         let (Some(ours), Some(theirs)) = (plan(cases), other.plan()) else { continue };
-        let ratio = ours / theirs;
+        let ratio = if ours == theirs { 1.0 } else { ours / theirs };
+        if ratio.is_nan() {
+            continue;
+        }
         compared += 1;
         longer += u32::from(ratio > 1.001);
         (longest, shortest) = (longest.max(ratio), shortest.min(ratio));
     }
-    println!("| {N} | {} | {compared} | {longer} | {longest:.6} | {shortest:.6} |", ends.name());
-    longer * 1000 <= compared && longest <= 1.02
+    println!("| {N} | {} | {compared} | {longer} | {longest:.12} | {shortest:.12} |", ends.name());
+    // Shorter than the soonest would be beyond a limit.
+    let few = longer * 1000 <= compared && (N > 1 && ends == Ends::Any || longest <= 1.02);
+    few && compared * 10 > plans * 9 && shortest > 1.0 - 1e-9
 }
 
 /// Two axes that arrive together.
@@ -119,8 +124,10 @@ fn print_costs(plans: u32) {
             black_box(plan_two(black_box(cases)));
         });
         let mut other = Other::<2>::new();
-        let theirs = best_of(&cases, |cases| {
-            other.set(black_box(&cases.map(|case| case.in_units(1e-12, TICK_S))));
+        let in_metres: Vec<_> =
+            cases.iter().map(|two| two.map(|case| case.in_units(1e-12, TICK_S))).collect();
+        let theirs = best_of(&in_metres, |cases| {
+            other.set(black_box(cases));
             black_box(other.plan());
         });
         println!("| {} | {ours:.0} | {theirs:.0} | {:.2} |", ends.name(), ours / theirs);

@@ -1,6 +1,7 @@
 //! Lines one behind the other, looked at ahead: how fast each corner may be passed, so that none comes too soon.
 //!
-//! Each corner first gets the speed that its tolerance and the halves of its lines allow ([`Corner`]). Then, from the end
+//! Each corner first gets the speed that its tolerance and the halves of its lines allow ([`Corner`]), if it is worth it: a
+//! sharp one is sooner passed by a stop, which need not bring the acceleration to zero before the corner. Then, from the end
 //! back, none may be faster than the line behind it can slow down from, and from the start on none faster than the line
 //! before it can speed up to. Between two corners a line is the fastest motion from speed to speed ([`Transfer`]).
 
@@ -29,8 +30,12 @@ pub fn look_ahead<'c>(places: &[Place], manner: &Manner, corners: &'c mut [Corne
     let corners = corners.get_mut(..number).unwrap_or_default();
     for (corner, three) in corners.iter_mut().zip(places.windows(3)) {
         if let [from, at, to] = three {
-            let room = distance(*from, *at).min(distance(*at, *to)) / 2.0;
-            *corner = Corner::fastest([*from, *at, *to], &manner.axes, manner.feed, manner.tolerance, room);
+            let lines = [Line::of(Some(&[*from, *at]), manner), Line::of(Some(&[*at, *to]), manner)];
+            let room = lines[0].length.min(lines[1].length) / 2.0;
+            let rounded =
+                Corner::fastest([*from, *at, *to], &manner.axes, manner.feed, manner.tolerance, room);
+            let stop = rounded.at_speed(0.0);
+            *corner = if delay(&rounded, &lines) < delay(&stop, &lines) { rounded } else { stop };
         }
     }
     slow_down(places, manner, corners);
@@ -50,6 +55,16 @@ fn slow_down(places: &[Place], manner: &Manner, corners: &mut [Corner]) {
         *corner = line(number).slowed(*corner, &before);
         before = *corner;
     }
+}
+
+/// How much later than at full speed a corner is passed, ticks, between two lines that come to it.
+fn delay(corner: &Corner, lines: &[Line; 2]) -> f64 {
+    let of = |line: &Line| {
+        let top = line.limits.speed.min(libm::sqrt(line.limits.acceleration * line.length));
+        let (rise, pause) = line.changing(top, corner.speed);
+        2.0 * rise + pause - (line.change(top, corner.speed) + corner.reach()) / top
+    };
+    corner.ticks() + of(&lines[0]) + of(&lines[1])
 }
 
 /// A line between two corners.
@@ -83,9 +98,14 @@ impl Line {
         if slowed.speed < other.speed { slowed.at_speed(other.speed) } else { slowed }
     }
 
+    /// Ticks of full jerk, and at full acceleration, in which a speed changes to another.
+    fn changing(&self, from: f64, to: f64) -> (f64, f64) {
+        changing((to - from).abs(), self.limits.acceleration, self.limits.jerk)
+    }
+
     /// The way on which a speed changes to another.
     fn change(&self, from: f64, to: f64) -> f64 {
-        let (rise, pause) = changing((to - from).abs(), self.limits.acceleration, self.limits.jerk);
+        let (rise, pause) = self.changing(from, to);
         f64::midpoint(from, to) * (2.0 * rise + pause)
     }
 }

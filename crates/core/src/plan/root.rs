@@ -19,11 +19,14 @@ const STEPS: usize = 200;
 /// What is left of the function, part of the smaller of both values between which the search begins.
 const ROUNDED: f64 = 1e-15;
 
-/// Where a function is zero between two points; the second if it has the same sign there as at the first.
+/// Where a function is zero between two points, which may be one of them; the second if it has the same sign at both.
 ///
 /// Chandrupatla, Advances in Engineering Software 28 (1997) 145: inverse quadratic interpolation where it is sure to help,
 /// bisection elsewhere.
 pub(super) fn root(from: Point, to: Point, f: impl Fn(f64) -> f64) -> f64 {
+    if from.f == 0.0 {
+        return from.x;
+    }
     if (from.f > 0.0) == (to.f > 0.0) || to.f == 0.0 {
         return to.x;
     }

@@ -33,8 +33,8 @@ impl<'t> Cruise<'t> {
             highest = self.highest(speed);
             speed = self.speed_of(long, highest);
         }
-        let rest =
-            if speed < highest { long - self.time_of_changes(speed) } else { self.left(speed) / speed };
+        let for_the_rest = speed < highest || speed == 0.0;
+        let rest = if for_the_rest { long - self.time_of_changes(speed) } else { self.left(speed) / speed };
         self.phases(speed, if rest > 0.0 { rest } else { 0.0 })
     }
 
@@ -46,7 +46,7 @@ impl<'t> Cruise<'t> {
 
     /// The fastest of all has its peak at this speed, mostly.
     fn is_highest(&self, peak: f64) -> bool {
-        let way = self.task.way.abs() + self.task.top;
+        let way = self.task.way.abs() + peak.abs() * self.time_of_changes(peak.abs());
         peak * self.sign > 0.0 && self.left(peak.abs()).abs() <= 1e-12 * way
     }
 
@@ -80,14 +80,17 @@ impl<'t> Cruise<'t> {
         [a, b, c, (rest, 0.0), e, f, g]
     }
 
-    /// From a motion to a speed without acceleration.
     fn change(&self, from: Motion, speed: f64) -> [Stretch; 3] {
-        let speed = self.sign * speed;
-        if speed >= from.settled() {
-            return rise(from, speed);
-        }
-        mirrored(rise(from.mirrored(), -speed))
+        change(from, self.sign * speed)
     }
+}
+
+/// From a motion to a speed without acceleration, as fast as can be.
+pub(super) fn change(from: Motion, speed: f64) -> [Stretch; 3] {
+    if speed >= from.settled() {
+        return rise(from, speed);
+    }
+    mirrored(rise(from.mirrored(), -speed))
 }
 
 /// From a motion to a speed at which it settles, or a higher one.

@@ -108,6 +108,10 @@ impl Family {
         // A larger parameter takes longer; those above zero take less.
         let last = if self.above { 0.0 } else { self.most() };
         let mut from = at(if self.above { self.most() } else { self.least() });
+        // The straightest leads there, but for what was rounded.
+        if !self.above && from.f.abs() <= task.blur + ROUNDED * task.top * time(&self.phases(from.x, 0.0)) {
+            return Some(self.forth(from.x, 0.0));
+        }
         if from.f > 0.0 && self.surely_grows() {
             return None;
         }
@@ -225,6 +229,9 @@ fn cut_slope(y: f64, square: f64) -> (f64, f64) {
     }
     (if square > 0.0 { y / libm::sqrt(square) } else { 1.0 }, 0.0)
 }
+
+/// What sums of a few phases may have rounded, part of the way at full speed.
+const ROUNDED: f64 = 1e-14;
 
 /// Where the slope is looked at, parts of the parameter of the first. If the ways shrink between two of these alone, the
 /// first that goes a way is hardly sooner than the next.

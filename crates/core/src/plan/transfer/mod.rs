@@ -26,6 +26,7 @@ use family::Family;
 
 /// A state of motion along one line: picometres and ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct State {
     /// pm.
     pub position: f64,
@@ -37,6 +38,7 @@ pub struct State {
 
 /// A stretch with constant jerk.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Phase {
     /// How long, ticks.
     pub ticks: f64,
@@ -47,7 +49,7 @@ pub struct Phase {
 /// Why there is no plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Infeasible {
-    /// A limit is not a number above zero, or a state not a number.
+    /// A limit is not a number above zero, or a state not a number; or they are so far apart that no number tells them.
     NoNumber,
     /// The start is beyond a limit, or will be whatever is done.
     Start,
@@ -58,7 +60,9 @@ pub enum Infeasible {
 impl core::fmt::Display for Infeasible {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
-            Self::NoNumber => "a limit is not above zero, or a state is not a number",
+            Self::NoNumber => {
+                "a limit is not above zero, a state is not a number, or both are too far apart for numbers"
+            }
             Self::Start => "the start is beyond the limits, or will be",
             Self::End => "the end is beyond the limits, or was before it was reached",
         })
@@ -69,6 +73,7 @@ impl core::error::Error for Infeasible {}
 
 /// A motion from one state to another.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Transfer {
     from: State,
     to: State,
@@ -76,7 +81,9 @@ pub struct Transfer {
 }
 
 /// A state may be beyond a limit by so much of it: what sums of rounded numbers leave.
-const SLACK: f64 = 1e-9;
+const SLACK: f64 = 1e-11;
+/// The sums of its phases may miss the end by so much of the way: what rounding leaves.
+const MISSES: f64 = 1e-8;
 
 impl Transfer {
     /// The fastest motion between two states within limits.
@@ -90,7 +97,23 @@ impl Transfer {
         if from.is_at_rest() && to.is_at_rest() {
             return Ok(Self { from, to, phases: from_rest_to_rest(to.position - from.position, limits) });
         }
-        Ok(Self { from, to, phases: scale.phases(task.fastest()) })
+        scale.motion(from, to, &task, task.fastest())
+    }
+
+    /// To rest as soon as can be, wherever that is.
+    ///
+    /// # Errors
+    /// As of [`Transfer::fastest`], for the start.
+    pub fn stop(from: State, limits: &Limits) -> Result<Self, Infeasible> {
+        let scale = Scale::of(limits)?;
+        let start = scale.of_state(from)?;
+        if !start.is_within(limits.speed / scale.speed) {
+            return Err(Infeasible::Start);
+        }
+        let [a, b, c] = cruise::change(start, 0.0);
+        let phases = scale.phases([a, b, c, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)]);
+        let position = from.position + scale.length * way(start, &[a, b, c]);
+        Ok(Self { from, to: State { position, ..State::default() }, phases })
     }
 
     /// A motion between the same states that takes just so long, or the shortest that this finds which takes longer: a motion
@@ -101,6 +124,9 @@ impl Transfer {
     pub fn lasting(&self, limits: &Limits, ticks: f64) -> Result<Self, Infeasible> {
         if !ticks.is_finite() {
             return Err(Infeasible::NoNumber);
+        }
+        if ticks <= self.ticks() {
+            return Ok(*self);
         }
         let slower = self.cruising(limits, ticks)?;
         if slower.ticks() <= ticks * (1.0 + SLACK) {
@@ -116,8 +142,8 @@ impl Transfer {
         let [rise, pause, fall, ..] = self.phases;
         let peak =
             [rise, pause, fall].iter().fold(self.from, |state, phase| state.after(phase.ticks, phase.jerk));
-        let phases = Cruise::of(&task).lasting(ticks / scale.time, peak.speed / scale.speed);
-        Ok(Self { phases: scale.phases(phases), ..*self })
+        let stretches = Cruise::of(&task).lasting(ticks / scale.time, peak.speed / scale.speed);
+        scale.motion(self.from, self.to, &task, stretches)
     }
 
     /// The fastest within a part of the limits for jerk, or of those for acceleration.
@@ -220,7 +246,28 @@ impl Scale {
             return Err(Infeasible::NoNumber);
         }
         let time = acceleration / jerk;
-        Ok(Self { time, jerk, acceleration, speed: acceleration * time, length: acceleration * time * time })
+        let scale =
+            Self { time, jerk, acceleration, speed: acceleration * time, length: acceleration * time * time };
+        let told =
+            [scale.time, scale.speed, scale.length, speed / scale.speed].iter().all(|unit| unit.is_normal());
+        if told { Ok(scale) } else { Err(Infeasible::NoNumber) }
+    }
+
+    /// The motion of these stretches, if they lead where they should.
+    fn motion(
+        &self,
+        from: State,
+        to: State,
+        task: &Task,
+        stretches: [Stretch; 7],
+    ) -> Result<Transfer, Infeasible> {
+        let misses = (way(task.start, &stretches) - task.way).abs();
+        let whole = task.way.abs() + task.top * time(&stretches);
+        if misses <= MISSES * whole {
+            Ok(Transfer { from, to, phases: self.phases(stretches) })
+        } else {
+            Err(Infeasible::NoNumber)
+        }
     }
 
     fn task(&self, from: State, to: State, limits: &Limits) -> Result<Task, Infeasible> {
@@ -228,8 +275,12 @@ impl Scale {
             start: self.of_state(from)?,
             end: self.of_state(to)?,
             way: (to.position - from.position) / self.length,
+            blur: 2.0 * f64::EPSILON * from.position.abs().max(to.position.abs()) / self.length,
             top: limits.speed / self.speed,
         };
+        if !task.way.is_finite() {
+            return Err(Infeasible::NoNumber);
+        }
         task.is_possible()?;
         Ok(task)
     }
@@ -286,6 +337,8 @@ struct Task {
     start: Motion,
     end: Motion,
     way: f64,
+    /// What the places it lies between may have been rounded by.
+    blur: f64,
     /// Full speed.
     top: f64,
 }
