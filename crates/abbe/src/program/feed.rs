@@ -31,10 +31,10 @@ impl fmt::Display for Limited {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { line, axis, feed_mm_s, limit_mm_s, motions, .. } = *self;
         let axis = axis_name(axis);
-        let times = if motions == 1 { String::new() } else { format!("; so it is in {motions} motions") };
+        let times = if motions == 1 { String::new() } else { format!(" of {motions} motions with it") };
         write!(
             f,
-            "line {line}: the feed of {feed_mm_s:.6} mm/s is more than {axis} can go, it is limited to {limit_mm_s:.6} mm/s{times}"
+            "line {line}: the feed of {feed_mm_s:.6} mm/s is more than {axis} can go; it is limited, to {limit_mm_s:.6} mm/s at the slowest place{times}"
         )
     }
 }

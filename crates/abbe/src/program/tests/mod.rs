@@ -1,6 +1,7 @@
 //! Programs as a whole, and curves against what a blind search finds on them.
 
 mod curves;
+mod document;
 mod programs;
 
 use super::check::{Checked, check};

@@ -203,8 +203,8 @@ fn a_feed_above_the_limit_is_told_once() {
     assert_eq!(
         told(axes),
         [
-            "line 1: the feed of 21.666667 mm/s is more than x can go, it is limited to 20.000000 mm/s; so it is in 2 motions",
-            "line 2: the feed of 21.666667 mm/s is more than y can go, it is limited to 20.000000 mm/s",
+            "line 1: the feed of 21.666667 mm/s is more than x can go; it is limited, to 20.000000 mm/s at the slowest place of 2 motions with it",
+            "line 2: the feed of 21.666667 mm/s is more than y can go; it is limited, to 20.000000 mm/s at the slowest place",
         ]
     );
     let many = (0..500).fold(String::from("G0 X1"), |mut lines, k| {
