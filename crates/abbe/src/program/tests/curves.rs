@@ -219,3 +219,22 @@ fn known_curves_have_known_lengths() {
         assert_eq!(found, ends.map(|ends| ends.map(Pos::from_mm)), "{line}");
     }
 }
+
+/// From a crest on with a radius that grows, or up to one with a radius that shrinks: the path turns back 16 nm farther out,
+/// beside its crest.
+#[test]
+fn an_arc_with_a_mismatch_turns_back_beside_its_crest() {
+    for (from, line, axis, high_mm) in [
+        ([1.05, 1.0], "G3 X1 Y1.052 I-0.05 J0 F1", 0, 1.050_016),
+        ([1.05, 1.0], "G2 X1 Y0.948 I-0.05 J0 F1", 0, 1.050_016),
+        ([1.0, 1.052], "G2 X1.05 Y1 I0 J-0.052 F1", 0, 1.050_016),
+        ([1.052, 1.0], "G3 X1 Y1.05 I-0.052 J0 F1", 1, 1.050_016),
+    ] {
+        let there = motion(from.map(Pos::from_mm), line).unwrap();
+        let Path::Arc(arc) = there.path else { unreachable!() };
+        let [place, ..] = arc_differences(&there, &arc);
+        assert!(place <= 200.0, "{place} pm: {line}");
+        let high = Course::of(&there).reach.0[axis][1].place[axis].mm();
+        assert!((high - high_mm).abs() < 1e-6, "{high}: {line}");
+    }
+}

@@ -1,7 +1,6 @@
 //! Whole programs: what is found, what is not told twice, and what they are in figures.
 
-use super::checked;
-use crate::preset;
+use super::{USUAL, checked};
 use crate::program::check::{Checked, MOST};
 use crate::program::feed;
 use crate::program::summary::{Kind, Motions};
@@ -219,7 +218,7 @@ fn a_feed_above_the_limit_is_told_once() {
 #[test]
 fn the_travel_is_that_of_the_controller() {
     let mut rig = rig(1);
-    let Travel(travel) = Travel::of(&preset::load(preset::USUAL).unwrap());
+    let Travel(travel) = Travel::of(&USUAL);
     rig.home().unwrap();
     for axis in [0, 1] {
         for (end, sign) in travel[axis].into_iter().zip([-1, 1]) {
@@ -257,11 +256,9 @@ impl Read for Made<'_> {
                 return Ok(0);
             }
             let (x, y) = (self.next % 101, self.next / 7 % 100);
-            let word = if self.next.is_multiple_of(3) { "G2 I0.5 J0" } else { "G1" };
-            let target = if word == "G1" { format!("X{x} Y{y}.5") } else { String::new() };
-            // Every feed is another one, each too fast; every hundred-and-first line goes too far.
-            let far = if self.next % 101 == 100 { "(far) " } else { "" };
-            self.line = format!("{far}{word} {target} F{}\n", 2000 + self.next).into_bytes();
+            let word = if self.next.is_multiple_of(3) { "G2 I0.5".into() } else { format!("G1 X{x} Y{y}.5") };
+            // Every feed is another one, and too fast.
+            self.line = format!("{word} F{}\n", 2000 + self.next).into_bytes();
             self.at = 0;
             self.next += 1;
         }
@@ -285,7 +282,7 @@ fn of_a_long_program_only_the_first_errors_and_feeds_are_kept() {
     assert_eq!(checked.summary.all().count, lines);
     assert_eq!((checked.errors.len(), checked.feeds.limited.len()), (MOST, feed::MOST));
     assert!(checked.errors.capacity() <= 2 * MOST && checked.feeds.limited.capacity() <= 2 * feed::MOST);
-    // Full circles at x = 100, and at x = 0 and beyond y = 100, are the ones that leave the travel.
-    assert!(checked.count > MOST as u64, "{}", checked.count);
+    // The first circle leaves at y = 0, and each one that begins at x = 100 leaves there.
+    assert_eq!(checked.count, 1 + (lines - 1) / 303);
     assert_eq!(checked.feeds.others + checked.feeds.limited.iter().map(|l| l.motions).sum::<u64>(), lines);
 }
