@@ -1,8 +1,10 @@
 //! The command line: a stable contract.
 
 mod encoder;
+mod run;
 
 pub(crate) use encoder::{Encoder, Method};
+pub(crate) use run::Run;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
@@ -41,6 +43,8 @@ pub(crate) enum Command {
     Home(Home),
     /// Go to a position and wait for measured arrival.
     Move(Move),
+    /// Check a G-code program as a whole (--check); nothing moves yet.
+    Run(Run),
     /// Measure the positioning error with the interferometer.
     Measure(Measure),
     /// Fit a polynomial to measured errors and write a compensation file.

@@ -1,7 +1,7 @@
 //! How a command ends badly: one clear sentence and an exit status.
 
 use crate::output;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::io::Write as _;
 
 /// A command that did not do its work.
@@ -11,6 +11,19 @@ pub(crate) enum Failure {
     Usage(anyhow::Error),
     /// The work failed: exit status 1.
     Work(anyhow::Error),
+    /// The work failed at several places, and all of them are told: exit status 1.
+    Errors(Errors),
+}
+
+/// Errors of one file.
+#[derive(Debug)]
+pub(crate) struct Errors {
+    /// One sentence for all.
+    pub(crate) sentence: String,
+    /// A line for each, unless the sentence says it all.
+    pub(crate) each: Vec<String>,
+    /// The same for programs, with `error`.
+    pub(crate) document: Value,
 }
 
 impl Failure {
@@ -26,24 +39,39 @@ impl Failure {
 
     pub(crate) fn status(&self) -> u8 {
         match self {
-            Self::Work(_) => 1,
+            Self::Work(_) | Self::Errors(_) => 1,
             Self::Usage(_) => 2,
         }
     }
 
-    /// The sentence to stderr; with `json` also as a document to stdout.
+    /// The sentence to stderr, behind what it sums up; with `json` also as a document to stdout.
     pub(crate) fn print(&self, json: bool) {
         let sentence = self.sentence();
         // Where neither stream takes it, the exit status still tells.
         if json {
-            _ = output::print(&format!("{:#}", json!({ "error": sentence })));
+            _ = output::print(&format!("{:#}", self.document()));
+        }
+        if let Self::Errors(errors) = self {
+            for error in &errors.each {
+                _ = writeln!(std::io::stderr(), "{error}");
+            }
         }
         _ = writeln!(std::io::stderr(), "abbe: {sentence}");
     }
 
+    fn document(&self) -> Value {
+        match self {
+            Self::Errors(errors) => errors.document.clone(),
+            _ => json!({ "error": self.sentence() }),
+        }
+    }
+
     /// The error with those of its causes that it does not tell itself, on one line.
     pub(crate) fn sentence(&self) -> String {
-        let (Self::Usage(error) | Self::Work(error)) = self;
+        let error = match self {
+            Self::Usage(error) | Self::Work(error) => error,
+            Self::Errors(errors) => return errors.sentence.clone(),
+        };
         let mut told = String::new();
         for cause in error.chain().map(|cause| one_line(&cause.to_string())) {
             if told.is_empty() {

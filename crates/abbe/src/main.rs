@@ -15,6 +15,7 @@ mod optics;
 mod output;
 mod palette;
 mod preset;
+mod program;
 mod progress;
 mod rig;
 mod usage;

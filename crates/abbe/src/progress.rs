@@ -14,6 +14,11 @@ pub(crate) fn bytes(name: &str, total: u64) -> ProgressBar {
     shown(name, total, "{msg:28} {bar:32} {bytes}/{total_bytes} {eta:>4}")
 }
 
+/// A count of bytes whose end nobody knows.
+pub(crate) fn stream(name: &str) -> ProgressBar {
+    shown(name, 0, "{msg:28} {bytes}")
+}
+
 fn shown(name: &str, total: u64, template: &str) -> ProgressBar {
     let watched = std::io::stderr().is_terminal();
     if !watched {

@@ -17,7 +17,7 @@ pub(crate) enum Typed {
 }
 
 /// Commands of the contract that this version does not have yet.
-const PLANNED: [&str; 7] = ["serve", "jog", "status", "stop", "reset", "run", "tune"];
+const PLANNED: [&str; 6] = ["serve", "jog", "status", "stop", "reset", "tune"];
 
 /// Whether the answer is wanted as JSON, even of a command line that is wrong elsewhere.
 pub(crate) fn wants_json(arguments: &[OsString]) -> bool {

@@ -11,6 +11,8 @@ mod measure;
 mod movement;
 mod record;
 mod replay;
+mod run;
+mod run_report;
 mod scan;
 mod signals;
 mod stitch;
@@ -57,6 +59,7 @@ pub(crate) fn run(cli: &Cli) -> Result<Answer, Failure> {
         Command::Verify(asked) => verify::run(&preset, cli.seed, asked),
         Command::Iso230(asked) => iso230::run(asked),
         Command::Encoder(asked) => encoder::run(asked),
+        Command::Run(asked) => run::run(&preset, asked),
         Command::Scan(asked) => scan::run(&preset, cli.seed, asked),
         Command::Stitch(asked) => stitch::run(asked),
         Command::Record(asked) => record::run(&preset, cli.seed, asked),

@@ -30,13 +30,15 @@ fn pressed(dir: &Path, arguments: &[&str], moment: &str, times: usize) -> Ended 
 #[test]
 fn ctrl_c_leaves_whole_files_or_none() {
     let stitch = ["stitch", tiles().to_str().unwrap(), "--out", "new/mosaic.tif"];
-    let cases: [(&[&str], &str); 6] = [
+    let cases: [(&[&str], &str); 7] = [
         (&["home", "--twin", "--times", "10000"], "homing again"),
         (&["measure", "--twin", "--out", "m"], "warming up"),
         (&["measure", "--twin", "--runs", "100", "--warm-up", "0", "--out", "m"], "measuring"),
         (&["scan", "--twin", "--area", "20x20", "--out", "s"], "scanning"),
         (&["demo"], "warming up"),
         (&stitch, "registering"),
+        // A line without end.
+        (&["run", "/dev/zero", "--check"], "checking the program"),
     ];
     for (arguments, moment) in cases {
         let dir = tempfile::tempdir().unwrap();

@@ -9,7 +9,7 @@ use std::thread::sleep;
 use std::time::Duration;
 
 /// The most that a process has had in memory until now, kB; none once it has ended.
-fn most_kb(child: &Child) -> Option<u64> {
+pub(crate) fn most_kb(child: &Child) -> Option<u64> {
     let status = fs::read_to_string(format!("/proc/{}/status", child.id())).ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     line.trim().strip_suffix("kB")?.trim().parse().ok()

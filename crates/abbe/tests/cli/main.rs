@@ -17,6 +17,7 @@ mod folders;
 mod harmonics;
 mod pictures;
 mod presets;
+mod programs;
 mod readings;
 mod recordings;
 mod signals;

@@ -3,7 +3,7 @@
 use super::LONGEST;
 use super::fault::{Error, Fault};
 use super::number::{Number, Unreadable};
-use super::words::{GROUPS, Group, LETTERS, Letter, Name, Row, find};
+use super::words::{GROUPS, Group, LETTERS, Letter, Name, Row, Word, find};
 
 /// A number with its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,6 +48,16 @@ impl Block {
     /// True if there is nothing to do.
     pub fn is_empty(&self) -> bool {
         self.numbers.iter().all(Option::is_none) && self.codes.iter().all(Option::is_none)
+    }
+
+    /// True if it ends the program, M2 or M30.
+    pub fn is_end(&self) -> bool {
+        self.code(Group::Stop).is_some_and(|code| code.row.word == Word::End)
+    }
+
+    /// Where the number of a letter stands, bytes of the line from 1.
+    pub fn column_of(&self, letter: Letter) -> Option<u16> {
+        self.number(letter).map(|given| given.column)
     }
 
     pub(super) fn number(&self, letter: Letter) -> Option<Given> {

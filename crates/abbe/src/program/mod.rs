@@ -1,0 +1,23 @@
+//! G-code programs: read from a file of any size, and looked at as a whole before anything moves.
+//!
+//! | module | does |
+//! |---|---|
+//! | [`lines`] | a program line by line, never more in memory than the longest line may have |
+//! | [`course`] | what a motion is on the way: its extremes, its length, what each axis takes of its speed |
+//! | [`arc`] | the same of an arc |
+//! | [`sine`] | the same of a sine |
+//! | [`travel`] | the travel of a stage, and motions that leave it |
+//! | [`feed`] | feeds that the stage cannot go |
+//! | [`summary`] | what a program is in figures |
+//! | [`check`] | all of it, once through the program |
+
+pub(crate) mod arc;
+pub(crate) mod check;
+pub(crate) mod course;
+pub(crate) mod feed;
+pub(crate) mod lines;
+pub(crate) mod sine;
+pub(crate) mod summary;
+#[cfg(test)]
+mod tests;
+pub(crate) mod travel;

@@ -1,0 +1,31 @@
+//! The document says what the check says.
+
+use super::checked;
+use crate::program::{check, feed};
+
+const DOCUMENT: &str = include_str!("../../../../../docs/gcode.md");
+
+#[test]
+fn the_error_in_the_document_is_said() {
+    let checked = checked(&b"G0 X95 Y40\nG3 Y60 J10 F60"[..]);
+    let said = format!("\nfield.nc, {}\n", checked.errors[0]);
+    assert!(DOCUMENT.contains(&said), "docs/gcode.md must say: {said}");
+}
+
+#[test]
+fn the_document_says_how_many_are_told() {
+    for said in [
+        format!("the first {} one by one, then", check::MOST),
+        format!("the first {} one by one. ", feed::MOST),
+    ] {
+        assert!(DOCUMENT.contains(&said), "docs/gcode.md must say: {said}");
+    }
+}
+
+/// The program at the head of the document is good, and no feed of it is too fast.
+#[test]
+fn the_program_in_the_document_fits_the_stage() {
+    let program = DOCUMENT.split("```").nth(1).and_then(|block| block.split_once('\n')).unwrap().1;
+    let checked = checked(program.as_bytes());
+    assert_eq!((checked.count, checked.feeds.limited.len(), checked.summary.ends), (0, 0, true));
+}
