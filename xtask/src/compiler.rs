@@ -55,7 +55,7 @@ pub(crate) fn missing(targets: &[&str]) -> String {
 /// The command that brings a compiler for `targets`.
 pub(crate) fn install_line(targets: &[&str]) -> String {
     let (targets, packages) = (targets.join(" "), DEBIAN_PACKAGES.join(" "));
-    format!("rustup target add {targets} (or, on Debian, apt-get install -y {packages})")
+    format!("rustup target add {targets} (or, on Debian, apt-get update && apt-get install -y {packages})")
 }
 
 fn rustup_has(targets: &[&str]) -> bool {
@@ -71,7 +71,24 @@ fn rustup_brings(targets: &[&str]) -> bool {
 }
 
 fn debian_is_there() -> bool {
-    [DEBIAN_RUSTC, DEBIAN_CARGO].iter().all(|file| Path::new(file).exists()) && debian_has_core_source()
+    let both = [DEBIAN_RUSTC, DEBIAN_CARGO].iter().all(|file| Path::new(file).exists());
+    both && debian_is_new_enough() && debian_has_core_source()
+}
+
+/// Debian has an older compiler, too, for whom its security archive is out of reach or not up to date.
+fn debian_is_new_enough() -> bool {
+    let answer = output_of(Command::new(DEBIAN_RUSTC).arg("--version"));
+    let needed = version(env!("CARGO_PKG_RUST_VERSION"));
+    answer.is_some_and(|output| {
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        said.split_whitespace().nth(1).and_then(version) >= needed
+    })
+}
+
+/// Major and minor number of `1.95.0`.
+fn version(text: &str) -> Option<(u32, u32)> {
+    let mut numbers = text.split('.').map(str::parse);
+    Some((numbers.next()?.ok()?, numbers.next()?.ok()?))
 }
 
 /// Building `core` needs its source beside the compiler.
@@ -159,6 +176,15 @@ mod tests {
     #[test]
     fn a_target_with_a_point_has_its_linker_variable() {
         assert_eq!(linker_variable(THUMB_V8M), "CARGO_TARGET_THUMBV8M_MAIN_NONE_EABI_LINKER");
+    }
+
+    #[test]
+    fn versions_are_compared_by_their_numbers() {
+        assert!(version("1.100.0") > version("1.95"));
+        assert!(version("1.85.0") < version("1.95"));
+        assert_eq!(version("nightly"), None);
+        assert!(version("nightly") < version("1.95"));
+        assert!(version(env!("CARGO_PKG_RUST_VERSION")).is_some());
     }
 
     #[test]
