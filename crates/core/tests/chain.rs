@@ -6,6 +6,7 @@ use abbe_core::plan::corner::Corner;
 use abbe_core::plan::curve::Place;
 use abbe_core::plan::pieces::Piece;
 use abbe_core::plan::steps::Walker;
+use abbe_core::plan::transfer::Infeasible;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -62,6 +63,8 @@ fn a_right_angle_is_cut_by_the_tolerance_and_no_more_if_it_is_worth_it() {
     let places = [[0.0, 0.0], [1e9, 0.0], [1e9, 1e9]];
     for tolerance in [1e6, 1e8] {
         let corner = Corner::fastest(places, &[STAGE; 2], 2e6, tolerance, 0.5e9);
+        // 0.7 mm/s at 1 µm.
+        assert!(tolerance > 1e7 || (70_000.0..72_000.0).contains(&corner.speed), "{}", corner.speed);
         assert!((corner.off() / tolerance - 1.0).abs() < 1e-9, "{}", corner.off());
         let manner = Manner { axes: [STAGE; 2], feed: 2e6, tolerance };
         let path = walked(&places, &manner);
@@ -128,4 +131,33 @@ fn flat_corners_hardly_slow_down() {
         (walked(&places, &manner), walked(&places, &Manner { tolerance: 0.0, ..manner }));
     assert_within(&rounded, &manner.axes);
     assert!(3 * rounded.len() < stopping.len(), "{} {}", rounded.len(), stopping.len());
+}
+
+#[test]
+fn what_is_no_chain_is_an_error_and_moves_nothing() {
+    let manner = Manner { axes: [STAGE; 2], feed: 2e6, tolerance: 1e6 };
+    let walk_of = |places: &[Place], manner: &Manner| {
+        let mut corners = vec![Corner::default(); places.len().saturating_sub(2)];
+        let corners = look_ahead(places, manner, &mut corners);
+        let mut number = 0;
+        walk(places, manner, corners, |_| number += 1).map(|ticks| (ticks, number))
+    };
+    let right_angle = [[0.0, 0.0], [1e9, 0.0], [1e9, 1e9]];
+    assert!(walk_of(&right_angle, &manner).is_ok());
+    assert_eq!(walk_of(&[], &manner), Ok((0.0, 0)));
+    assert_eq!(walk_of(&right_angle[..1], &manner), Ok((0.0, 1)));
+    // Beyond what fits, in place and in time.
+    assert_eq!(walk_of(&[[5.4e11, 0.0], [549_755_814_000.0, 0.0]], &manner), Err(Infeasible::NoNumber));
+    let crawl = Manner { feed: 10.0, ..manner };
+    assert_eq!(walk_of(&[[0.0, 0.0], [1e11, 0.0]], &crawl), Err(Infeasible::NoNumber));
+    assert_eq!(walk_of(&[[0.0, 0.0], [f64::NAN, 0.0]], &manner), Err(Infeasible::NoNumber));
+    for wrong in [f64::NAN, -1.0] {
+        assert_eq!(walk_of(&right_angle, &Manner { feed: wrong, ..manner }), Err(Infeasible::NoNumber));
+        assert_eq!(walk_of(&right_angle, &Manner { tolerance: wrong, ..manner }), Err(Infeasible::NoNumber));
+        let axes = [STAGE, Limits { speed: wrong, ..STAGE }];
+        assert_eq!(walk_of(&right_angle, &Manner { axes, ..manner }), Err(Infeasible::NoNumber));
+    }
+    let endless = Limits { speed: f64::INFINITY, ..STAGE };
+    let endless = Manner { axes: [endless; 2], feed: f64::INFINITY, ..manner };
+    assert_eq!(walk_of(&right_angle, &endless), Err(Infeasible::NoNumber));
 }

@@ -80,7 +80,7 @@ fn assert_within(places: &[Place], axes: &[Limits; 2]) {
 /// Radial error of a circle of 10 mm, smallest and largest, pm.
 fn circle(limits: Limits) -> [f64; 2] {
     let (from, centre) = ([5e10, 2e10], [4e10, 2e10]);
-    let curve = Curve::Arc(Arc::new(from, from, centre, true));
+    let curve = Curve::Arc(Arc::new(from, from, centre, true).expect("an arc"));
     let along = Along::fastest(curve, &[limits; 2], limits.speed).expect("it is possible");
     let places = walked(&along);
     assert_within(&places, &[limits; 2]);
@@ -115,7 +115,7 @@ fn random_curves_are_kept_to_and_end_exactly() {
             Curve::Line { from, to: on(angle).map(f64::round) }
         } else {
             let ends = [on(angle), on(angle + sweep)];
-            Curve::Arc(Arc::new(ends[0], ends[1], from, random.random()))
+            Curve::Arc(Arc::new(ends[0], ends[1], from, random.random()).expect("an arc"))
         };
         let along = Along::fastest(curve, &axes, feed).expect("it is possible");
         if along.ticks() > 100_000.0 {
@@ -150,7 +150,7 @@ fn random_sines_are_kept_to_and_end_exactly() {
         let from = [(); 2].map(|()| random.random_range(0.0..1e11_f64).round());
         let to = [from[0] + length * angle.cos(), from[1] + length * angle.sin()];
         let wave = Wave { from, to, amplitude, periods, phase };
-        let curve = Curve::Sine(Sine::new(from, to, amplitude, periods, phase));
+        let curve = Curve::Sine(Sine::new(from, to, amplitude, periods, phase).expect("a sine"));
         let axes = [MICROSCOPE, LITHO];
         let along = Along::fastest(curve, &axes, 2e6).expect("it is possible");
         if along.ticks() > 200_000.0 {
@@ -165,4 +165,55 @@ fn random_sines_are_kept_to_and_end_exactly() {
         kept += 1;
     }
     assert!(kept > 100, "{kept}");
+}
+
+/// As rounded numbers leave them, and as far apart as an arc's ends may be.
+#[test]
+fn arcs_with_two_radii_stay_within_the_limits_and_end_exactly() {
+    let mut random = Pcg64Mcg::seed_from_u64(3);
+    let mut kept = 0;
+    for number in 0..400 {
+        let size = 10_f64.powf(random.random_range(5.0..9.7));
+        let widens = 1.0 + random.random_range(-0.09..0.09) * if number % 2 == 0 { 1.0 } else { 1e-3 };
+        let [angle, sweep] = [(); 2].map(|()| random.random_range(0.1..TAU));
+        let on = |angle: f64, size: f64| [5e10 + size * angle.cos(), 4e10 + size * angle.sin()];
+        let ends = [on(angle, size), on(angle + sweep, size * widens)];
+        let curve = Curve::Arc(Arc::new(ends[0], ends[1], [5e10, 4e10], true).expect("an arc"));
+        let feed = 10_f64.powf(random.random_range(3.5..6.3));
+        let along = Along::fastest(curve, &[MICROSCOPE; 2], feed).expect("it is possible");
+        if along.ticks() > 100_000.0 {
+            continue;
+        }
+        let places = walked(&along);
+        assert_within(&places, &[MICROSCOPE; 2]);
+        let fastest = places.windows(2).map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]));
+        assert!(fastest.fold(0.0, f64::max) <= feed * (1.0 + 1e-6) + 2.0, "{feed} {curve:?}");
+        assert!((places[places.len() - 1][0] - ends[1][0]).abs() < 1.0, "{curve:?}");
+        kept += 1;
+    }
+    assert!(kept > 150, "{kept}");
+}
+
+#[test]
+fn what_is_no_curve_is_refused() {
+    let (from, to) = ([0.0, 0.0], [1e9, 0.0]);
+    assert!(Arc::new(from, to, [5e8, 0.0], true).is_some());
+    assert_eq!(Arc::new(from, to, from, true), None);
+    assert_eq!(Arc::new(from, to, [1e8, 0.0], true), None);
+    assert!(Sine::new(from, to, 1e6, 1, 0.0).is_some());
+    let sines = [(to, 0.0, 1), (to, -1e6, 1), (to, 1e6, 0), (from, 1e6, 1), (to, f64::NAN, 1)];
+    for (to, amplitude, periods) in sines {
+        assert_eq!(Sine::new(from, to, amplitude, periods, 0.0), None);
+    }
+    let line = Curve::Line { from, to };
+    for feed in [0.0, -1.0, f64::NAN] {
+        assert!(Along::fastest(line, &[MICROSCOPE; 2], feed).is_err());
+    }
+    let y = Limits { speed: f64::NAN, ..MICROSCOPE };
+    assert!(Along::fastest(line, &[MICROSCOPE, y], 1e6).is_err());
+    // Its ends fit, its crest does not.
+    let [left, right] = [-1e10, 1e10].map(|x| [x, 549_756_000_000.0 - 1e10]);
+    let crest = Curve::Arc(Arc::new(right, left, [0.0, 549_756_000_000.0 - 1e10], true).expect("an arc"));
+    let along = Along::fastest(crest, &[MICROSCOPE; 2], 2e6).expect("it is possible");
+    assert!(along.pieces().any(|piece| piece.is_none()));
 }

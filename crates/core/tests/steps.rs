@@ -141,3 +141,19 @@ fn a_way_of_nothing_is_over_at_once() {
     assert!(stride.is_at_end());
     assert_eq!(stride.position().pm(), 5_000_000_000);
 }
+
+/// Where a cruise just begins, its mean speed is what was rounded of two places.
+#[test]
+fn a_cruise_of_no_ticks_changes_nothing() {
+    let limits =
+        Limits { speed: 1_912_292.155_899_773_6, acceleration: 3660.309443306244, jerk: 28.50635459509447 };
+    let from = State { position: 22_110_691_097.0, ..State::default() };
+    for ulps in -50..50 {
+        let way = 1_244_602_547.096_103_7 * (1.0 + f64::from(ulps) * f64::EPSILON);
+        let to = State { position: from.position + way, ..State::default() };
+        let transfer = Transfer::fastest(from, to, &limits).expect("it is possible");
+        let strides = walked(&Steps::of(&transfer).expect("it fits"));
+        let fastest = strides.iter().map(|stride| stride.set_point().speed).max().unwrap_or(0);
+        assert!(fastest as f64 / 2_f64.powi(38) < limits.speed * (1.0 + 1e-6), "{ulps}");
+    }
+}

@@ -223,7 +223,7 @@ fn two_axes_arrive_together() {
     assert_eq!(late(Ends::FromMotion), 0);
     // From speed to speed the slower axis may have to wait for the faster.
     let late = late(Ends::Any);
-    assert!(late < 250, "{late}");
+    assert!(late < 150, "{late}");
 }
 
 /// In how many of 50 000 cases two axes take longer than the slower one needs.

@@ -19,9 +19,15 @@ use abbe_core::edge::StepRate;
 use abbe_core::front::quadrature::{FilterError, filter_for, levels};
 use abbe_core::front::{Decode, DecoderWords, QuadratureCounter, Runs, Setup, StepEmitter, emitter};
 use abbe_core::machine::{Event, State, transition};
-use abbe_core::plan::LinePlan;
+use abbe_core::plan::chain::{self, Manner, look_ahead};
 use abbe_core::plan::chords::{Chords, Wave, WaveError};
 use abbe_core::plan::compare::{Arc, Axis, Circle, CircleError, Line, Step, TooFar, Turn};
+use abbe_core::plan::corner::Corner;
+use abbe_core::plan::curve::{self, Curve};
+use abbe_core::plan::pieces::{Along, Piece};
+use abbe_core::plan::steps::{Steps, Stride, Walker};
+use abbe_core::plan::transfer::{Infeasible, State as Motion, Transfer, together};
+use abbe_core::plan::{Limits, LinePlan};
 use abbe_core::publish::{End, Fault, HomingFailure};
 use abbe_core::{Command, Controller, Counts, Inputs, Outputs, Pos, Refusal, background};
 use abbe_proto::gcode::{self, Modes};
@@ -43,6 +49,7 @@ fn every_public_entry() {
     recorder::<3>();
     map();
     point_by_point();
+    plans();
     front();
     words();
     programs();
@@ -164,6 +171,74 @@ fn walk<P>(mut path: P, next: fn(&mut P) -> Option<Step>, remaining: fn(&P) -> u
         black_box(black_box(step).from(black_box([Counts::ZERO; 2])));
         black_box(black_box(remaining)(&path));
     }
+}
+
+fn plans() {
+    let [from, to] = black_box([Motion::default(); 2]);
+    let limits = black_box(Limits::default());
+    black_box(limits.are_numbers());
+    let planned = [Transfer::fastest(from, to, &limits), Transfer::stop(from, &limits)];
+    for motion in black_box(planned).into_iter().flatten() {
+        black_box((motion.at(black_box(0.0)), motion.ticks(), motion.start(), motion.end(), motion.phases()));
+        _ = black_box(motion.lasting(&limits, black_box(0.0)));
+        steps(&motion);
+    }
+    match together(&black_box([from; 2]), &[to; 2], &[limits; 2]) {
+        Ok(motions) => _ = black_box(motions),
+        Err((axis, error)) => _ = write!(Nowhere, "{} {}", black_box(axis), black_box::<Infeasible>(error)),
+    }
+    curves(&limits);
+    chained(&limits);
+}
+
+fn steps(motion: &Transfer) {
+    let Some(steps) = black_box(Steps::of(black_box(motion))) else { return };
+    black_box(steps.ticks());
+    let mut stride = black_box(Stride::default());
+    while !black_box(stride.is_at_end()) {
+        stride.tick(black_box(&steps));
+        black_box((stride.position(), stride.set_point()));
+    }
+}
+
+fn curves(limits: &Limits) {
+    let [from, to, centre] = black_box([[0.0; 2]; 3]);
+    let arc = curve::Arc::new(from, to, centre, black_box(true)).map(Curve::Arc);
+    let sine = curve::Sine::new(from, to, black_box(1.0), black_box(1), black_box(0.0)).map(Curve::Sine);
+    for curve in black_box([Some(Curve::Line { from, to }), arc, sine]).into_iter().flatten() {
+        black_box((
+            curve.length(),
+            curve.bend(),
+            curve.spot(black_box(0.0)),
+            curve.limits(&[*limits; 2], 1.0),
+        ));
+        let Ok(along) = Along::fastest(curve, &[*limits; 2], black_box(1.0)) else { continue };
+        black_box(along.ticks());
+        for piece in along.pieces() {
+            walk_piece(black_box(piece));
+        }
+    }
+}
+
+fn walk_piece(piece: Option<Piece>) {
+    for leg in piece.into_iter().flatten() {
+        let mut walker = black_box(Walker::default());
+        walker.begin(black_box(&leg));
+        walker.step();
+        black_box((walker.position(), walker.set_point()));
+    }
+}
+
+fn chained(limits: &Limits) {
+    let places = black_box([[0.0; 2]; 4]);
+    let manner = black_box(Manner { axes: [*limits; 2], feed: 1.0, tolerance: 1.0 });
+    let mut corners = black_box([Corner::default(); 2]);
+    let corners = look_ahead(black_box(&places), &manner, black_box(&mut corners));
+    for corner in black_box(&*corners) {
+        black_box((corner.ticks(), corner.reach(), corner.off(), corner.slowed(1.0, |_| black_box(1.0))));
+        black_box(corner.pieces(black_box(0.0)));
+    }
+    _ = black_box(chain::walk(black_box(&places), &manner, corners, |piece| walk_piece(Some(piece))));
 }
 
 fn too_far(error: &TooFar) {

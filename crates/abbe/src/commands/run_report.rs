@@ -42,14 +42,14 @@ impl Report<'_> {
     fn sentence(&self) -> String {
         let Self { name, checked, .. } = self;
         let untold = checked.count - checked.errors.len() as u64;
-        if let [only] = &checked.errors[..] {
-            return format!("{name}, {only}");
-        }
         let untold = if untold > 0 { format!(", {untold} of them not shown") } else { String::new() };
         // What the list does not say: where it ceases to be complete.
         let refused = checked.refused.map_or_else(String::new, |line| {
             format!("; behind line {line} only words were looked at, mend it and check again")
         });
+        if let [only] = &checked.errors[..] {
+            return format!("{name}, {only}{refused}");
+        }
         format!("{name}: the program has {} errors{untold}{refused}", checked.count)
     }
 

@@ -10,7 +10,7 @@ use super::curve::{Place, direction, distance, straight};
 use super::pieces::Piece;
 use super::profile::Limits;
 use super::steps::{Leg, lay_out};
-use super::transfer::{Infeasible, State, Transfer};
+use super::transfer::{Infeasible, Phase, State, Transfer};
 
 /// How a chain of lines is to be gone along.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,13 +23,20 @@ pub struct Manner {
     pub tolerance: f64,
 }
 
+impl Manner {
+    fn is_one(&self) -> bool {
+        self.axes.iter().all(Limits::are_numbers) && self.feed > 0.0 && self.tolerance >= 0.0
+    }
+}
+
 /// Looks ahead over all places of a chain, two at least, from rest to rest: the corners between the lines, as fast as they
 /// can be passed. `corners` must have room for one less than there are lines; places that are the same twice are a stop.
+/// What is no [`Manner`] stops in each; [`walk`] says so.
 pub fn look_ahead<'c>(places: &[Place], manner: &Manner, corners: &'c mut [Corner]) -> &'c mut [Corner] {
     let number = places.len().saturating_sub(2).min(corners.len());
     let corners = corners.get_mut(..number).unwrap_or_default();
     for (corner, three) in corners.iter_mut().zip(places.windows(3)) {
-        if let [from, at, to] = three {
+        if let ([from, at, to], true) = (three, manner.is_one()) {
             let lines = [Line::of(Some(&[*from, *at]), manner), Line::of(Some(&[*at, *to]), manner)];
             let room = lines[0].length.min(lines[1].length) / 2.0;
             let rounded =
@@ -120,6 +127,9 @@ pub fn walk(
     corners: &[Corner],
     mut take: impl FnMut(Piece),
 ) -> Result<f64, Infeasible> {
+    if !manner.is_one() {
+        return Err(Infeasible::NoNumber);
+    }
     let mut time = 0.0;
     let mut before = Corner::default();
     for (number, ends) in places.windows(2).enumerate() {
@@ -142,9 +152,13 @@ pub fn walk(
         }
         before = behind;
     }
-    let [x, y] = places.last().copied().unwrap_or_default();
-    let rest = |position: f64| lay_out(time, State { position, ..State::default() }, 0.0);
-    take([rest(x), rest(y)].map(Option::unwrap_or_default));
+    if let Some([x, y]) = places.last() {
+        let rest = |position: f64| {
+            lay_out(time, State { position, ..State::default() }, &Phase::default())
+                .ok_or(Infeasible::NoNumber)
+        };
+        take([rest(*x)?, rest(*y)?]);
+    }
     Ok(time)
 }
 
@@ -160,7 +174,7 @@ fn straight_pieces(motion: &Transfer, from: Place, way: Place, begins: f64) -> [
                 speed: part * speed,
                 acceleration: part * acceleration,
             };
-            *leg = lay_out(time, on_axis, part * phase.jerk)?;
+            *leg = lay_out(time, on_axis, &Phase { jerk: part * phase.jerk, ..phase })?;
         }
         state = state.after(phase.ticks, phase.jerk);
         time += phase.ticks;

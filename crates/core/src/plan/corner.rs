@@ -10,7 +10,7 @@ use super::pieces::Piece;
 use super::profile::Limits;
 use super::root::{Point, root};
 use super::steps::{Leg, lay_out};
-use super::transfer::State;
+use super::transfer::{Phase, State};
 
 /// A corner at a speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,7 +27,8 @@ pub struct Corner {
 
 impl Corner {
     /// The fastest through a corner that comes no nearer to cutting it than the tolerance, pm, and begins and ends within
-    /// `room` pm of it. Straight on is the feed; back again a stop.
+    /// `room` pm of it. Straight on is the feed; back again, or without a
+    /// tolerance, a stop.
     pub fn fastest(places: [Place; 3], axes: &[Limits; 2], feed: f64, tolerance: f64, room: f64) -> Self {
         let [from, at, to] = places;
         let ways = [direction(from, at), direction(at, to)];
@@ -103,7 +104,7 @@ impl Corner {
             let mut piece = [Leg::default(); 2];
             for ((leg, state), part) in piece.iter_mut().zip(&mut states).zip(turn) {
                 let jerk = sign * self.limits.jerk * part;
-                *leg = lay_out(at, *state, jerk)?;
+                *leg = lay_out(at, *state, &Phase { ticks, jerk })?;
                 *state = state.after(ticks, jerk);
             }
             at += ticks;

@@ -8,7 +8,7 @@
 use super::curve::{Bend, Curve, Spot};
 use super::profile::Limits;
 use super::steps::{Leg, lay_out};
-use super::transfer::{Infeasible, State, Transfer};
+use super::transfer::{Infeasible, Phase, State, Transfer};
 
 /// A piece may be off the curve by so much, pm.
 const MOST_OFF: f64 = 10.0;
@@ -29,6 +29,9 @@ impl Along {
     /// # Errors
     /// A limit or the feed is not a number above zero, or a place is none.
     pub fn fastest(curve: Curve, axes: &[Limits; 2], feed: f64) -> Result<Self, Infeasible> {
+        if !(axes.iter().all(Limits::are_numbers) && feed > 0.0) {
+            return Err(Infeasible::NoNumber);
+        }
         let limits = curve.limits(axes, feed);
         let at = |position: f64| State { position, ..State::default() };
         let motion = Transfer::fastest(at(0.0), at(curve.length()), &limits)?;
@@ -103,7 +106,7 @@ impl Pieces {
             } else {
                 hermite(from, to, length)
             };
-            *leg = lay_out(begins, cubic.0, cubic.1)?;
+            *leg = lay_out(begins, cubic.0, &Phase { ticks: length, jerk: cubic.1 })?;
         }
         Some(piece)
     }
@@ -112,7 +115,11 @@ impl Pieces {
         self.phase = self.phase.saturating_add(1);
         let Spot { at: [x, y], .. } = self.along.curve.spot(self.along.motion.end().position);
         let rest = |position: f64| {
-            lay_out(self.begins, State { position: libm::round(position), ..State::default() }, 0.0)
+            lay_out(
+                self.begins,
+                State { position: libm::round(position), ..State::default() },
+                &Phase::default(),
+            )
         };
         Some([rest(x)?, rest(y)?])
     }

@@ -16,6 +16,13 @@ pub struct Limits {
     pub jerk: f64,
 }
 
+impl Limits {
+    /// All of them are numbers above zero.
+    pub fn are_numbers(&self) -> bool {
+        [self.speed, self.acceleration, self.jerk].iter().all(|limit| limit.is_finite() && *limit > 0.0)
+    }
+}
+
 /// The durations of the phases: jerk, constant acceleration, constant speed; in ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

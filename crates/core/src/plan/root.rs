@@ -13,7 +13,7 @@ impl Point {
     }
 }
 
-/// Most steps of a search: a bisection would need no more for a number of 53 bits and its exponent.
+/// Most steps of a search: more than a bisection needs for 53 bits, unless the root is all but zero.
 const STEPS: usize = 200;
 
 /// What is left of the function, part of the smaller of both values between which the search begins.
@@ -42,7 +42,8 @@ pub(super) fn root(from: Point, to: Point, f: impl Fn(f64) -> f64) -> f64 {
         if best.f.abs() <= little || least >= 0.5 || near.x == far.x {
             return best.x;
         }
-        part = step(near, far, third).clamp(least, 1.0 - least);
+        // Not `clamp`, which can panic.
+        part = step(near, far, third).max(least).min(1.0 - least);
     }
     near.x
 }

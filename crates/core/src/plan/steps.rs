@@ -55,17 +55,14 @@ impl Steps {
     ///
     /// At its end it is exactly there, or goes on from there at the speed of the end.
     pub fn of(transfer: &Transfer) -> Option<Self> {
-        if transfer.ticks() > LONGEST {
-            return None;
-        }
         let mut legs = [Leg::default(); 8];
         let mut begins = 0.0;
         for ((leg, phase), state) in legs.iter_mut().zip(transfer.phases()).zip(beginnings(transfer)) {
-            *leg = within(state, phase).then(|| lay_out(begins, state, phase.jerk))??;
+            *leg = lay_out(begins, state, phase)?;
             begins += phase.ticks;
         }
         let end = State { acceleration: 0.0, ..transfer.end() };
-        *legs.last_mut()? = lay_out(begins, end, 0.0)?;
+        *legs.last_mut()? = lay_out(begins, end, &Phase::default())?;
         Some(Self { legs })
     }
 
@@ -89,7 +86,8 @@ fn beginnings(transfer: &Transfer) -> [State; 7] {
     let sixth = before(seventh, f);
     let fifth = before(sixth, e);
     let mut fourth = after(third, c);
-    if cruise.ticks > 0.0 {
+    // A shorter one does not carry on what was rounded, and its mean speed would be nothing else.
+    if cruise.ticks >= 1.0 {
         let speed = (fifth.position - fourth.position) / cruise.ticks;
         fourth = State { speed, acceleration: 0.0, ..fourth };
     }
@@ -115,9 +113,12 @@ fn within(from: State, phase: &Phase) -> bool {
     )
 }
 
-/// A motion with constant jerk that begins with a state at a time, ticks: from the first tick at or after it.
-pub(super) fn lay_out(begins: f64, state: State, jerk: f64) -> Option<Leg> {
-    let first = libm::ceil(begins);
+/// A phase that begins with a state at a time, ticks: from the first tick at or after it. None if any of it does not fit.
+pub(super) fn lay_out(begins: f64, state: State, phase: &Phase) -> Option<Leg> {
+    let (first, jerk) = (libm::ceil(begins), phase.jerk);
+    if !(0.0..=LONGEST).contains(&first) || !within(state, phase) {
+        return None;
+    }
     let State { position, speed, acceleration } = state.after(first - begins, jerk);
     let differences = [position, speed + acceleration / 2.0 + jerk / 6.0, acceleration + jerk, jerk];
     let mut leg = Leg { first: first as u32, differences: [0; 4] };
@@ -171,11 +172,18 @@ impl Walker {
         let (a, j) = (acceleration >> 8, jerk >> 12);
         SetPoint {
             position: self.position(),
-            speed: speed.wrapping_sub(a >> 1).wrapping_add(j / 3),
+            speed: speed.wrapping_sub(a >> 1).wrapping_add(third(j)),
             acceleration: acceleration.wrapping_sub(jerk >> 4),
             jerk,
         }
     }
+}
+
+/// A third, to 2⁻³² of it: a processor without a divider takes hundreds of cycles for it.
+#[inline]
+const fn third(number: i64) -> i64 {
+    const THIRD: i64 = 0x5555_5555;
+    (number >> 32).wrapping_mul(THIRD).wrapping_add((number & 0xffff_ffff).wrapping_mul(THIRD) >> 32)
 }
 
 /// Where a motion is being walked.

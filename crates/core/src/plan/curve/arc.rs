@@ -17,9 +17,9 @@ pub struct Arc {
 }
 
 impl Arc {
-    /// From a place about a centre to another, counterclockwise or clockwise; a whole turn if both are one. The centre must
-    /// be neither.
-    pub fn new(from: Place, to: Place, centre: Place, counterclockwise: bool) -> Self {
+    /// From a place about a centre to another, counterclockwise or clockwise; a whole turn if both are one. None if the
+    /// centre is one of them, or their distances from it differ by more than a tenth: that is no arc.
+    pub fn new(from: Place, to: Place, centre: Place, counterclockwise: bool) -> Option<Self> {
         let [begins, ends] = [from, to].map(|[x, y]| libm::atan2(y - centre[1], x - centre[0]));
         let radii = [from, to].map(|end| super::distance(centre, end));
         // From 0, not included, to a turn.
@@ -30,19 +30,21 @@ impl Arc {
             (false, true) => turn(ends - begins),
             (false, false) => -turn(begins - ends),
         };
-        Self { centre, radii, begins, sweep }
+        let alike = radii[0].min(radii[1]) > 0.9 * radii[0].max(radii[1]);
+        alike.then_some(Self { centre, radii, begins, sweep })
     }
 
-    fn radius(&self) -> f64 {
-        f64::midpoint(self.radii[0], self.radii[1])
-    }
-
+    /// Of an arc with the larger radius, and longer by what the radius changes: never too short, so that nothing is faster
+    /// than it seems.
     pub(super) fn length(&self) -> f64 {
-        self.sweep.abs() * self.radius()
+        let [first, last] = self.radii;
+        libm::hypot(self.sweep * first.max(last), last - first)
     }
 
+    /// Sharper than any of it: that of the smaller radius, by as much as the length is too long.
     pub(super) fn bend(&self) -> Bend {
-        Bend { curvature: 1.0 / self.radius(), ..Bend::default() }
+        let [first, last] = self.radii;
+        Bend { curvature: first.max(last) / squared(first.min(last)), ..Bend::default() }
     }
 
     pub(super) fn spot(&self, way: f64) -> Spot {
@@ -56,4 +58,8 @@ impl Arc {
             tangent: [widens * cos - radius * turns * sin, widens * sin + radius * turns * cos],
         }
     }
+}
+
+fn squared(number: f64) -> f64 {
+    number * number
 }

@@ -27,13 +27,16 @@ pub struct Sine {
 }
 
 impl Sine {
-    /// A sine of so many whole periods and a phase, rad.
-    pub fn new(from: Place, to: Place, amplitude: f64, periods: u32, phase: f64) -> Self {
+    /// A sine of so many whole periods and a phase, rad. None without an amplitude above zero, a period, or a way.
+    pub fn new(from: Place, to: Place, amplitude: f64, periods: u32, phase: f64) -> Option<Self> {
+        if !(amplitude > 0.0 && periods > 0 && distance(from, to) > 0.0 && phase.is_finite()) {
+            return None;
+        }
         let turns = f64::from(periods) * TAU;
         let (ahead, pitch) = (direction(from, to), distance(from, to) / turns);
         let mut sine = Self { from, ahead, amplitude, phase, turns, pitch, quarter: 0.0 };
         sine.quarter = sine.within(FRAC_PI_2);
-        sine
+        Some(sine)
     }
 
     pub(super) fn length(&self) -> f64 {
@@ -85,7 +88,7 @@ impl Sine {
     /// The inverse of [`Sine::length_to`].
     fn angle_at(&self, length: f64) -> f64 {
         let quarters = libm::floor(length / self.quarter);
-        let rest = (length - quarters * self.quarter).clamp(0.0, self.quarter);
+        let rest = (length - quarters * self.quarter).max(0.0).min(self.quarter);
         let even = libm::fmod(quarters, 2.0) == 0.0;
         let part = if even { self.angle_of(rest) } else { FRAC_PI_2 - self.angle_of(self.quarter - rest) };
         quarters * FRAC_PI_2 + part

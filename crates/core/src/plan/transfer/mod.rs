@@ -83,7 +83,7 @@ pub struct Transfer {
 /// A state may be beyond a limit by so much of it: what sums of rounded numbers leave.
 const SLACK: f64 = 1e-11;
 /// The sums of its phases may miss the end by so much of the way: what rounding leaves.
-const MISSES: f64 = 1e-8;
+const MISSES: f64 = 1e-10;
 
 impl Transfer {
     /// The fastest motion between two states within limits.
@@ -180,10 +180,10 @@ impl Transfer {
         &self.phases
     }
 
-    /// The state at a time from its beginning, ticks; before and after it goes on at constant speed.
+    /// The state at a time from its beginning, ticks; after its end it goes on at constant speed.
     pub fn at(&self, ticks: f64) -> State {
         let mut state = self.from;
-        let mut left = ticks;
+        let mut left = ticks.max(0.0);
         for phase in self.phases {
             if left < phase.ticks {
                 return state.after(left, phase.jerk);
@@ -191,7 +191,7 @@ impl Transfer {
             state = state.after(phase.ticks, phase.jerk);
             left -= phase.ticks;
         }
-        State { position: self.to.position + self.to.speed * left, ..self.to }
+        State { position: self.to.position + self.to.speed * left, acceleration: 0.0, ..self.to }
     }
 }
 
@@ -242,7 +242,7 @@ struct Scale {
 impl Scale {
     fn of(limits: &Limits) -> Result<Self, Infeasible> {
         let Limits { speed, acceleration, jerk } = *limits;
-        if ![speed, acceleration, jerk].iter().all(|limit| limit.is_finite() && *limit > 0.0) {
+        if !limits.are_numbers() {
             return Err(Infeasible::NoNumber);
         }
         let time = acceleration / jerk;
