@@ -1,33 +1,22 @@
 //! Motions along curves, tick by tick: on the curve, within the limits of each axis by their differences, exact at the end.
 
+mod walked;
+
 use abbe_core::plan::Limits;
 use abbe_core::plan::curve::{Arc, Curve, Place, Sine};
 use abbe_core::plan::pieces::{Along, Piece};
-use abbe_core::plan::steps::Walker;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
+use walked::{STAGE, assert_within};
 
-/// A stage's limits at 10 kHz, pm and ticks: 20 mm/s, 0.5 m/s², 20 m/s³.
-const MICROSCOPE: Limits = Limits { speed: 2e6, acceleration: 5000.0, jerk: 20.0 };
 /// 5 mm/s.
-const LITHO: Limits = Limits { speed: 5e5, ..MICROSCOPE };
+const LITHO: Limits = Limits { speed: 5e5, ..STAGE };
 
-/// The set-points of all ticks and of a few beyond, pm.
+/// The set-points of a motion, pm.
 fn walked(along: &Along) -> Vec<Place> {
     let pieces: Vec<Piece> = along.pieces().map(|piece| piece.expect("it fits")).collect();
-    let (mut walkers, mut next) = ([Walker::default(); 2], 0);
-    let last = along.ticks().ceil() as u32 + 5;
-    (0..=last)
-        .map(|tick| {
-            walkers.iter_mut().for_each(Walker::step);
-            while let Some(piece) = pieces.get(next).filter(|piece| piece[0].first <= tick) {
-                walkers.iter_mut().zip(piece).for_each(|(walker, leg)| walker.begin(leg));
-                next += 1;
-            }
-            walkers.map(|walker| walker.position().pm() as f64)
-        })
-        .collect()
+    walked::walked(&pieces, along.ticks())
 }
 
 /// How far from a line a place is, pm, to its left.
@@ -64,19 +53,6 @@ impl Wave {
     }
 }
 
-fn assert_within(places: &[Place], axes: &[Limits; 2]) {
-    for (axis, limits) in axes.iter().enumerate() {
-        let mut values: Vec<f64> = places.iter().map(|place| place[axis]).collect();
-        for (k, limit) in [limits.speed, limits.acceleration, limits.jerk].into_iter().enumerate() {
-            values = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
-            let worst = values.iter().fold(0.0, |worst: f64, value| worst.max(value.abs()));
-            // Each position is rounded to a picometre.
-            let most = limit * (1.0 + 1e-6) + f64::from(2 << k);
-            assert!(worst <= most, "axis {axis}, difference {}: {worst} of {limit}", k + 1);
-        }
-    }
-}
-
 /// Radial error of a circle of 10 mm, smallest and largest, pm.
 fn circle(limits: Limits) -> [f64; 2] {
     let (from, centre) = ([5e10, 2e10], [4e10, 2e10]);
@@ -91,7 +67,7 @@ fn circle(limits: Limits) -> [f64; 2] {
 
 #[test]
 fn a_circle_is_round() {
-    for (name, limits) in [("microscope-100, 20 mm/s", MICROSCOPE), ("litho-120, 5 mm/s", LITHO)] {
+    for (name, limits) in [("microscope-100, 20 mm/s", STAGE), ("litho-120, 5 mm/s", LITHO)] {
         let [low, high] = circle(limits);
         println!("{name}: radial error {low:.1} … {high:.1} pm");
         // 5 nm were asked for.
@@ -108,7 +84,7 @@ fn random_curves_are_kept_to_and_end_exactly() {
         let from = place();
         let size = 10_f64.powf(random.random_range(2.0..10.0));
         let [angle, sweep] = [(); 2].map(|()| random.random_range(0.0..TAU));
-        let axes = [MICROSCOPE, if number % 2 == 0 { MICROSCOPE } else { LITHO }];
+        let axes = [STAGE, if number % 2 == 0 { STAGE } else { LITHO }];
         let feed = 2e6 * 10_f64.powf(random.random_range(-3.0..0.5));
         let on = |angle: f64| [from[0] + size * angle.cos(), from[1] + size * angle.sin()];
         let curve = if number % 3 == 0 {
@@ -151,7 +127,7 @@ fn random_sines_are_kept_to_and_end_exactly() {
         let to = [from[0] + length * angle.cos(), from[1] + length * angle.sin()];
         let wave = Wave { from, to, amplitude, periods, phase };
         let curve = Curve::Sine(Sine::new(from, to, amplitude, periods, phase).expect("a sine"));
-        let axes = [MICROSCOPE, LITHO];
+        let axes = [STAGE, LITHO];
         let along = Along::fastest(curve, &axes, 2e6).expect("it is possible");
         if along.ticks() > 200_000.0 {
             continue;
@@ -180,12 +156,12 @@ fn arcs_with_two_radii_stay_within_the_limits_and_end_exactly() {
         let ends = [on(angle, size), on(angle + sweep, size * widens)];
         let curve = Curve::Arc(Arc::new(ends[0], ends[1], [5e10, 4e10], true).expect("an arc"));
         let feed = 10_f64.powf(random.random_range(3.5..6.3));
-        let along = Along::fastest(curve, &[MICROSCOPE; 2], feed).expect("it is possible");
+        let along = Along::fastest(curve, &[STAGE; 2], feed).expect("it is possible");
         if along.ticks() > 100_000.0 {
             continue;
         }
         let places = walked(&along);
-        assert_within(&places, &[MICROSCOPE; 2]);
+        assert_within(&places, &[STAGE; 2]);
         let fastest = places.windows(2).map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]));
         assert!(fastest.fold(0.0, f64::max) <= feed * (1.0 + 1e-6) + 2.0, "{feed} {curve:?}");
         assert!((places[places.len() - 1][0] - ends[1][0]).abs() < 1.0, "{curve:?}");
@@ -207,13 +183,13 @@ fn what_is_no_curve_is_refused() {
     }
     let line = Curve::Line { from, to };
     for feed in [0.0, -1.0, f64::NAN] {
-        assert!(Along::fastest(line, &[MICROSCOPE; 2], feed).is_err());
+        assert!(Along::fastest(line, &[STAGE; 2], feed).is_err());
     }
-    let y = Limits { speed: f64::NAN, ..MICROSCOPE };
-    assert!(Along::fastest(line, &[MICROSCOPE, y], 1e6).is_err());
+    let y = Limits { speed: f64::NAN, ..STAGE };
+    assert!(Along::fastest(line, &[STAGE, y], 1e6).is_err());
     // Its ends fit, its crest does not.
     let [left, right] = [-1e10, 1e10].map(|x| [x, 549_756_000_000.0 - 1e10]);
     let crest = Curve::Arc(Arc::new(right, left, [0.0, 549_756_000_000.0 - 1e10], true).expect("an arc"));
-    let along = Along::fastest(crest, &[MICROSCOPE; 2], 2e6).expect("it is possible");
+    let along = Along::fastest(crest, &[STAGE; 2], 2e6).expect("it is possible");
     assert!(along.pieces().any(|piece| piece.is_none()));
 }
