@@ -170,6 +170,34 @@ fn arcs_with_two_radii_stay_within_the_limits_and_end_exactly() {
     assert!(kept > 150, "{kept}");
 }
 
+/// An arc just as long as full speed takes to be reached and left, and by a few roundings more or less.
+#[test]
+fn a_cruise_of_no_ticks_changes_nothing() {
+    let radius = 5e9;
+    let arc = |sweep: f64| {
+        let ends = [0.0, sweep].map(|angle: f64| [radius * angle.cos(), radius * angle.sin()]);
+        Curve::Arc(Arc::new(ends[0], ends[1], [0.0; 2], true).expect("an arc"))
+    };
+    let Limits { speed, acceleration, jerk } = arc(1.0).limits(&[STAGE; 2], 2e6);
+    let changes = 2.0
+        * if speed * jerk < acceleration * acceleration {
+            2.0 * (speed / jerk).sqrt()
+        } else {
+            speed / acceleration + acceleration / jerk
+        };
+    for k in -40..40 {
+        let along = Along::fastest(
+            arc(speed * changes / 2.0 / radius * (1.0 + f64::from(k) * 1e-15)),
+            &[STAGE; 2],
+            2e6,
+        );
+        let along = along.expect("it is possible");
+        let places = walked(&along);
+        assert_within(&places, &[STAGE; 2]);
+        assert!(places.iter().all(|place| off_circle([0.0; 2], radius, *place).abs() < 15.0));
+    }
+}
+
 #[test]
 fn what_is_no_curve_is_refused() {
     let (from, to) = ([0.0, 0.0], [1e9, 0.0]);

@@ -13,6 +13,10 @@ use super::transfer::{Infeasible, Phase, State, Transfer};
 /// A piece may be off the curve by so much, pm.
 const MOST_OFF: f64 = 10.0;
 
+/// A piece may be shorter than this, ticks, where a phase hardly lasts: its slopes would be those of rounded numbers. Of one
+/// tick at most it has the place and the speed.
+const SHORT: f64 = 0.01;
+
 /// A piece: for each axis what a tick adds up, from its first tick on.
 pub type Piece = [Leg; 2];
 
@@ -103,6 +107,8 @@ impl Pieces {
             let cubic = if self.along.curve.bend().is_none() {
                 let share = spots[0].tangent.get(axis).copied().unwrap_or(0.0);
                 (State { acceleration: share * ends[0].acceleration, ..from }, share * jerk)
+            } else if length < SHORT {
+                (from, 0.0)
             } else {
                 hermite(from, to, length)
             };
