@@ -133,7 +133,34 @@ fn what_is_no_chain_is_an_error_and_moves_nothing() {
         let axes = [STAGE, Limits { speed: wrong, ..STAGE }];
         assert_eq!(walk_of(&right_angle, &Manner { axes, ..manner }), Err(Infeasible::NoNumber));
     }
+    // Nothing is left of what stood in the place of the corners before.
+    let mut corners = [Corner::fastest(right_angle, &[STAGE; 2], 2e6, 1e8, 5e8)];
+    assert!(corners[0].speed > 0.0);
+    let stopped = look_ahead(&right_angle, &Manner { feed: f64::NAN, ..manner }, &mut corners);
+    assert_eq!(stopped, [Corner::default()]);
     let endless = Limits { speed: f64::INFINITY, ..STAGE };
     let endless = Manner { axes: [endless; 2], feed: f64::INFINITY, ..manner };
     assert_eq!(walk_of(&right_angle, &endless), Err(Infeasible::NoNumber));
+}
+
+/// Corners that use all of their lines leave nothing between, but for what is rounded: no reason to go back.
+#[test]
+fn lines_that_are_all_corners_are_never_gone_back() {
+    let mut random = Pcg64Mcg::seed_from_u64(2);
+    for _ in 0..300 {
+        let length = 10_f64.powf(random.random_range(3.0..8.0));
+        let mut at = [random.random_range(0.0..1e10_f64).round(), 5e10];
+        let mut places = vec![at];
+        for _ in 0..60 {
+            let angle = random.random_range(-0.6..0.6_f64);
+            let length = length * [1.0, 1.0, 1.0, 0.3][random.random_range(0..4)];
+            at = [at[0] + length * angle.cos(), at[1] + length * angle.sin()];
+            places.push(at);
+        }
+        let manner = Manner { axes: [STAGE; 2], feed: 2e6, tolerance: 1e9 };
+        let path = walked(&places, &manner);
+        assert_within(&path, &manner.axes);
+        let back = path.windows(2).map(|pair| pair[0][0] - pair[1][0]).fold(0.0, f64::max);
+        assert!(back <= 1.0, "{back} pm back, lines of {length}");
+    }
 }

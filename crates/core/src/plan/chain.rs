@@ -35,6 +35,8 @@ impl Manner {
 pub fn look_ahead<'c>(places: &[Place], manner: &Manner, corners: &'c mut [Corner]) -> &'c mut [Corner] {
     let number = places.len().saturating_sub(2).min(corners.len());
     let corners = corners.get_mut(..number).unwrap_or_default();
+    // Nothing of a chain before.
+    corners.fill(Corner::default());
     for (corner, three) in corners.iter_mut().zip(places.windows(3)) {
         if let ([from, at, to], true) = (three, manner.is_one()) {
             let lines = [Line::of(Some(&[*from, *at]), manner), Line::of(Some(&[*at, *to]), manner)];

@@ -26,9 +26,8 @@ pub struct Corner {
 }
 
 impl Corner {
-    /// The fastest through a corner that comes no nearer to cutting it than the tolerance, pm, and begins and ends within
-    /// `room` pm of it. Straight on is the feed; back again, or without a
-    /// tolerance, a stop.
+    /// The fastest through a corner that cuts it by the tolerance at most, pm, and begins and ends within `room` pm of it.
+    /// Straight on is the feed; back again, or without a tolerance, a stop.
     pub fn fastest(places: [Place; 3], axes: &[Limits; 2], feed: f64, tolerance: f64, room: f64) -> Self {
         let [from, at, to] = places;
         let ways = [direction(from, at), direction(at, to)];

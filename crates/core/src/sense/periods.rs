@@ -246,8 +246,8 @@ const SUDDEN: u32 = 1 << 29;
 const STOOD: u64 = (PERIOD / 128).cast_unsigned();
 /// More late samples are a stage that has stopped.
 const LATE: u8 = 3;
-/// More of one that goes whole periods are a converter that stands. One of 8 bits whose noise is 0.5 % gives the same twice
-/// in a row in one of three cases: 24 times in 10¹⁰ ticks or less.
+/// More of one that goes whole periods are a converter that stands. One of 8 bits whose noise is 0.5 % gives the same again
+/// in about one of three cases; so often in a row, in less than one of 10¹⁰ ticks.
 const FROZEN: u8 = 24;
 /// 2 / (n + 1), 2⁻¹⁶, for n ticks; after more than these a speed is left as it was.
 const LAST_PARTS: [i32; 10] =
@@ -342,7 +342,7 @@ impl Unwrap {
         self.go_to((Straight { speed: 0, ..self.course }, surprise))
     }
 
-    /// A new sample, so many ticks after the last but one: those between came late or were fresh, whichever surprises less.
+    /// A new sample behind so many ticks without one: what came in these was late or fresh, whichever surprises less.
     fn renew(&mut self, phase: Phase, row: u8, repeats: u8) -> Followed {
         (self.seen, self.odd) = (phase, Odd::No);
         let (ticks, (whole, _)) = (row.saturating_add(1), self.course.whole());

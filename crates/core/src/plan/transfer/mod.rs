@@ -116,8 +116,8 @@ impl Transfer {
         Ok(Self { from, to: State { position, ..State::default() }, phases })
     }
 
-    /// A motion between the same states that takes just so long, or the shortest that this finds which takes longer: a motion
-    /// from speed to speed cannot last any time, but may have to be over sooner or later. Of the fastest.
+    /// Of the fastest motion: one between the same states that takes just so long, or else the shortest that this finds which
+    /// takes longer. From speed to speed some times cannot be met: the motion is over sooner, or not before later.
     ///
     /// # Errors
     /// As of [`Transfer::fastest`], or the time is not a number.
