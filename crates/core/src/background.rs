@@ -2,10 +2,15 @@
 //!
 //! A result takes effect at a tick it names, so that a recorded run does not depend on how fast planning was.
 
+mod planner;
+
 use crate::controller::Controller;
+use crate::plan::path::Going;
 use crate::plan::{Limits, LinePlan};
 use crate::sense::head::Head;
 use crate::units::Pos;
+
+pub use planner::Planner;
 
 /// Ticks from a request to the first set-point of its path: what a board needs for planning.
 pub const PLANNING_TICKS: u32 = 20;
@@ -26,6 +31,42 @@ pub struct MoveRequest<const N: usize> {
     pub limits: [Limits; N],
     /// Tick of the request.
     pub asked_at: u32,
+}
+
+/// A move that wants to go elsewhere from where it is going.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TurnRequest<const N: usize> {
+    /// Number of the move.
+    pub number: u32,
+    /// What the stage will be doing at tick `start`.
+    pub going: Going<N>,
+    /// Where it is to go, stage frame.
+    pub to: [Pos; N],
+    /// Limits of each axis.
+    pub limits: [Limits; N],
+    /// From this tick on.
+    pub start: u32,
+}
+
+/// What is asked of a program.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Asked<const N: usize> {
+    /// Number of its move.
+    pub number: u32,
+    /// Number of the last tick.
+    pub now: u32,
+    /// Where the set-point is.
+    pub at: [Pos; N],
+    /// Another one with every wish of the user.
+    pub revision: u32,
+    /// It is to rest.
+    pub rest: bool,
+    /// Percent of its feeds.
+    pub percent: u16,
+    /// Limits of each axis.
+    pub limits: [Limits; N],
+    /// Room for spans.
+    pub room: usize,
 }
 
 /// Work that was done between two ticks: with this alone a recorded run repeats it.

@@ -1,6 +1,7 @@
 //! What can be asked of the controller, and how it answers.
 
 use crate::machine::State;
+use crate::plan::Segment;
 use crate::publish::Fault;
 use crate::units::{InMm, Pos};
 use core::fmt;
@@ -15,10 +16,20 @@ pub enum Command<const N: usize> {
     Disable,
     /// Finds the zero of every axis.
     Home,
-    /// Goes to a position.
+    /// Goes to a position: from rest along a line; while it moves, from there as soon as the limits allow.
     MoveTo(#[cfg_attr(feature = "serde", serde(with = "crate::arrays"))] [Pos; N]),
     /// Goes a distance from the last target (never from the reading: readings carry noise, adding them up is drift).
     MoveBy(#[cfg_attr(feature = "serde", serde(with = "crate::arrays"))] [Pos; N]),
+    /// Goes on to a place in a shape of its own, x and y, as part of a program: queued behind the segments before, and
+    /// gone through without a stop where the corner between two lines has a tolerance. The first begins a move, which
+    /// ends when the last one has been gone through.
+    Go(Segment),
+    /// Rests on the path of a program, until [`Command::Resume`].
+    Hold,
+    /// Goes on with a program that rests.
+    Resume,
+    /// Goes through programs at so many percent of their feeds, 1 … 200, within the limits; rapids up to 100.
+    FeedRate(u16),
     /// Brakes on the path and holds.
     Stop,
     /// Leaves a fault; the drives stay off.
@@ -45,11 +56,21 @@ pub enum Refusal {
     InFault(Fault),
     /// The stage has no such axis.
     NoSuchAxis(usize),
-    /// The target lies outside the travel.
+    /// As many segments wait as there is room for; ask again in a tick.
+    QueueFull,
+    /// A segment has no such shape: an arc without radius or with two, a sine without amplitude, period or way.
+    NoCurve,
+    /// A feed of nothing.
+    NoFeed,
+    /// No program runs that could hold or go on.
+    NoProgram,
+    /// A feed rate beyond 1 … 200 %.
+    FeedRate(u16),
+    /// The target, or a place on the way there, lies outside the travel.
     OutOfTravel {
         /// Which axis.
         axis: usize,
-        /// Where it was asked to go.
+        /// Where it would come to.
         asked: Pos,
         /// Lowest position.
         low: Pos,
@@ -71,6 +92,14 @@ impl fmt::Display for Refusal {
             Self::NotHomed => write!(f, "the zero is not known; home first"),
             Self::InFault(fault) => write!(f, "the stage is in a fault ({fault}); reset first"),
             Self::NoSuchAxis(axis) => write!(f, "the stage has no axis number {axis}"),
+            Self::QueueFull => write!(f, "as many segments wait as there is room for; ask again in a tick"),
+            Self::NoCurve => write!(
+                f,
+                "there is no such curve; an arc needs its centre equally far from both ends, a sine amplitude, periods and a way"
+            ),
+            Self::NoFeed => write!(f, "the feed is zero; give one above"),
+            Self::NoProgram => write!(f, "no program runs that could be held or resumed"),
+            Self::FeedRate(percent) => write!(f, "a feed rate of {percent} % is not in 1 … 200 %"),
             Self::OutOfTravel { axis, asked, low, high } => write!(
                 f,
                 "{} = {} mm is outside the travel {} … {} mm",

@@ -1,6 +1,7 @@
 //! The controller: N axes and one coordinator, one function a tick.
 
 mod axis;
+mod program;
 
 use crate::background::{MoveRequest, PLAN_MISSING_TICKS};
 use crate::command::{Accepted, Command, Refusal};
@@ -14,6 +15,9 @@ use crate::publish::{AxisStatus, Fault, MoveReport, Outcome, Status};
 use crate::sense::head::{Head, Refined};
 use crate::units::Pos;
 use axis::{Axis, Glide};
+use program::Program;
+
+pub use program::QUEUE;
 
 /// Where a move stands.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +47,7 @@ pub struct Controller<const N: usize> {
     state: State,
     fault: Option<Fault>,
     path: Path<N>,
+    program: Program,
     #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     target: [Pos; N],
     current: Option<CurrentMove<N>>,
@@ -66,7 +71,8 @@ impl<const N: usize> Controller<N> {
             axes: config.axes.each_ref().map(Axis::new),
             state: State::Off,
             fault: None,
-            path: Path::holding([Pos::ZERO; N]),
+            path: Path::holding([Pos::ZERO; N], config.axes.map(|axis| axis.glide)),
+            program: Program::default(),
             target: [Pos::ZERO; N],
             current: None,
             last_move: None,
@@ -119,6 +125,10 @@ impl<const N: usize> Controller<N> {
             Command::Home => self.request(Event::Home)?,
             Command::MoveTo(to) => self.begin_move(to)?,
             Command::MoveBy(way) => self.begin_move(self.beyond_target(&way))?,
+            Command::Go(segment) => self.go(&segment)?,
+            Command::Hold => self.hold_program(true)?,
+            Command::Resume => self.hold_program(false)?,
+            Command::FeedRate(percent) => self.set_feed_rate(percent)?,
             // A stage that stands has already stopped.
             Command::Stop => _ = self.happen(Event::Stop),
             Command::Reset => _ = self.happen(Event::Reset),
@@ -139,6 +149,8 @@ impl<const N: usize> Controller<N> {
             fault: self.fault,
             move_number: self.move_number,
             last_move: self.last_move,
+            held: self.program.is_held(),
+            feed_rate: self.program.percent(),
             axes: self.published,
         }
     }
@@ -173,6 +185,9 @@ impl<const N: usize> Controller<N> {
     /// [`take_plan`](Self::take_plan). Until then the stage holds where it stands, in [`State::Moving`], and can be stopped.
     pub fn wanted_plan(&self) -> Option<MoveRequest<N>> {
         let current = self.current.filter(|current| current.wants_plan && self.state == State::Moving)?;
+        if self.program.is_open() || !self.path.stands() {
+            return None;
+        }
         Some(MoveRequest {
             number: current.report.number,
             from: self.path.set_point(),
@@ -194,6 +209,9 @@ impl<const N: usize> Controller<N> {
         let moving = self.state == State::Moving;
         let waiting =
             |current: &&mut CurrentMove<N>| moving && current.wants_plan && current.report.number == number;
+        if !self.path.stands() || self.program.is_open() {
+            return;
+        }
         if let Some(current) = self.current.as_mut().filter(waiting) {
             current.wants_plan = false;
             self.path.follow(plan, start);
@@ -281,10 +299,9 @@ impl<const N: usize> Controller<N> {
     fn machine(&mut self, tick: u32) {
         match self.state {
             State::Homing => self.home(),
-            State::Moving if self.path_ended() => self.end_path(tick),
-            State::Moving if self.plan_is_missing(tick) => self.fail(Fault::PlanMissing),
+            State::Moving => self.follow_path(tick),
             State::Settling => self.settle(tick),
-            State::Stopping => self.halt(),
+            State::Stopping => self.halt(tick),
             _ => {}
         }
     }
@@ -349,15 +366,22 @@ impl<const N: usize> Controller<N> {
             return Err(self.refusal());
         }
         self.check_target(&to)?;
+        self.number_move();
         _ = self.happen(Event::Move);
+        self.program.close();
         self.target = to;
+        Ok(())
+    }
+
+    /// Another move begins; the one before, if it has not ended, is replaced.
+    fn number_move(&mut self) {
+        self.end_move(Outcome::Replaced);
         self.move_number = self.move_number.wrapping_add(1);
         let number = self.move_number;
         let report = MoveReport { number, outcome: Outcome::Aborted, path_ticks: 0, settle_ticks: 0 };
         let began = self.last_tick.unwrap_or(0);
         self.current =
             Some(CurrentMove { report, began, path_ended: began, inside_since: None, wants_plan: true });
-        Ok(())
     }
 
     fn check_target(&self, to: &[Pos; N]) -> Result<(), Refusal> {
@@ -416,17 +440,28 @@ impl<const N: usize> Controller<N> {
         }
     }
 
-    fn path_ended(&self) -> bool {
-        self.path.is_holding() && self.current.as_ref().is_some_and(|current| !current.wants_plan)
+    fn follow_path(&mut self, tick: u32) {
+        if self.path_ended() {
+            self.end_path(tick);
+        } else if self.plan_is_missing(tick) {
+            self.fail(Fault::PlanMissing);
+        }
     }
 
-    fn plan_is_missing(&self, tick: u32) -> bool {
-        self.current.as_ref().is_some_and(|current| {
+    fn path_ended(&self) -> bool {
+        let planned = self.current.as_ref().is_some_and(|current| !current.wants_plan);
+        planned && self.path.is_holding() && self.program.is_over()
+    }
+
+    fn plan_is_missing(&mut self, tick: u32) -> bool {
+        let lost = self.path.is_starved() || self.program_is_lost(PLAN_MISSING_TICKS);
+        lost || self.current.as_ref().is_some_and(|current| {
             current.wants_plan && tick.wrapping_sub(current.began) > PLAN_MISSING_TICKS
         })
     }
 
     fn end_path(&mut self, tick: u32) {
+        self.program.close();
         if let Some(current) = self.current.as_mut() {
             current.path_ended = tick;
             current.report.path_ticks = tick.wrapping_sub(current.began);
@@ -454,11 +489,13 @@ impl<const N: usize> Controller<N> {
         }
     }
 
-    fn halt(&mut self) {
+    fn halt(&mut self, tick: u32) {
+        self.stop_without_planner(tick);
         let stands = self.path.is_holding() && self.axes.iter().all(|axis| axis.glide.ramp.is_at_rest());
         if !stands {
             return;
         }
+        self.program.close();
         for axis in &mut self.axes {
             axis.homing = None;
         }
@@ -478,7 +515,9 @@ impl<const N: usize> Controller<N> {
     }
 
     fn brake(&mut self) {
-        self.path.brake();
+        if !self.stop_program() {
+            self.path.brake();
+        }
         for axis in &mut self.axes {
             axis.glide.wanted = 0;
         }
@@ -486,6 +525,7 @@ impl<const N: usize> Controller<N> {
 
     fn cut(&mut self) {
         self.end_move(Outcome::Aborted);
+        self.program.close();
         for axis in &mut self.axes {
             axis.homing = None;
             axis.glide = Glide::default();

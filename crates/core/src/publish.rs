@@ -190,6 +190,8 @@ pub enum Outcome {
     NotArrived,
     /// Stopped on request.
     Stopped,
+    /// Another target was given before.
+    Replaced,
     /// Ended by a fault or by switching off.
     Aborted,
 }
@@ -261,6 +263,10 @@ pub struct Status<const N: usize> {
     pub move_number: u32,
     /// How the last ended move went.
     pub last_move: Option<MoveReport>,
+    /// A program rests until it is resumed.
+    pub held: bool,
+    /// Of programs, percent of what they ask for.
+    pub feed_rate: u16,
     /// Each axis.
     #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     pub axes: [AxisStatus; N],

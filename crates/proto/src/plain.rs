@@ -254,6 +254,7 @@ fn outcome(status: &Status<2>) -> &'static str {
             Outcome::Arrived => "arrived",
             Outcome::NotArrived => "not-arrived",
             Outcome::Stopped => "stopped",
+            Outcome::Replaced => "replaced",
             Outcome::Aborted => "aborted",
         },
         _ if status.move_number == 0 => "none",

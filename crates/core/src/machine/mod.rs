@@ -134,7 +134,7 @@ const fn row(from: State, on: Event, to: State, stop: Stop) -> Row {
 }
 
 /// Every change of mode there is. A pair that has no row changes nothing; a request without a row is refused.
-pub const TRANSITIONS: [Row; 32] = [
+pub const TRANSITIONS: [Row; 34] = [
     // Off: no torque.
     row(State::Off, Event::Enable, State::Ready, Stop::None),
     row(State::Off, Event::Home, State::Homing, Stop::None),
@@ -153,12 +153,14 @@ pub const TRANSITIONS: [Row; 32] = [
     row(State::Ready, Event::ControlledFault, State::Stopping, Stop::Controlled),
     row(State::Ready, Event::CutFault, State::Fault, Stop::Cut),
     // Moving.
+    row(State::Moving, Event::Move, State::Moving, Stop::None),
     row(State::Moving, Event::PathEnd, State::Settling, Stop::None),
     row(State::Moving, Event::Stop, State::Stopping, Stop::Controlled),
     row(State::Moving, Event::Disable, State::Off, Stop::Cut),
     row(State::Moving, Event::ControlledFault, State::Stopping, Stop::Controlled),
     row(State::Moving, Event::CutFault, State::Fault, Stop::Cut),
     // Settling.
+    row(State::Settling, Event::Move, State::Moving, Stop::None),
     row(State::Settling, Event::InPosition, State::Ready, Stop::None),
     row(State::Settling, Event::TimedOut, State::Ready, Stop::None),
     row(State::Settling, Event::Stop, State::Stopping, Stop::Controlled),

@@ -7,7 +7,7 @@
 
 use super::corner::{Corner, changing};
 use super::curve::{Place, direction, distance, straight};
-use super::pieces::Piece;
+use super::pieces::{Piece, rest};
 use super::profile::Limits;
 use super::steps::{Leg, lay_out};
 use super::transfer::{Infeasible, Phase, State, Transfer};
@@ -43,8 +43,7 @@ pub fn look_ahead<'c>(places: &[Place], manner: &Manner, corners: &'c mut [Corne
             let room = lines[0].length.min(lines[1].length) / 2.0;
             let rounded =
                 Corner::fastest([*from, *at, *to], &manner.axes, manner.feed, manner.tolerance, room);
-            let stop = rounded.at_speed(0.0);
-            *corner = if delay(&rounded, &lines) < delay(&stop, &lines) { rounded } else { stop };
+            *corner = worth_it(rounded, &lines);
         }
     }
     slow_down(places, manner, corners);
@@ -66,6 +65,12 @@ fn slow_down(places: &[Place], manner: &Manner, corners: &mut [Corner]) {
     }
 }
 
+/// A corner between two lines, if a stop is not sooner.
+pub(super) fn worth_it(rounded: Corner, lines: &[Line; 2]) -> Corner {
+    let stop = rounded.at_speed(0.0);
+    if delay(&rounded, lines) < delay(&stop, lines) { rounded } else { stop }
+}
+
 /// How much later than at full speed a corner is passed, ticks, between two lines that come to it.
 fn delay(corner: &Corner, lines: &[Line; 2]) -> f64 {
     let of = |line: &Line| {
@@ -77,9 +82,10 @@ fn delay(corner: &Corner, lines: &[Line; 2]) -> f64 {
 }
 
 /// A line between two corners.
-struct Line {
-    length: f64,
-    limits: Limits,
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line {
+    pub(super) length: f64,
+    pub(super) limits: Limits,
 }
 
 impl Line {
@@ -95,16 +101,20 @@ impl Line {
     }
 
     /// A corner at one end, slow enough for the speed to change to that of the other within the line.
-    fn slowed(&self, corner: Corner, other: &Corner) -> Corner {
-        let left = |corner: &Corner| {
-            self.length - corner.reach() - other.reach() - self.change(corner.speed, other.speed)
-        };
-        if corner.speed <= other.speed || left(&corner) >= 0.0 {
+    pub(super) fn slowed(&self, corner: Corner, other: &Corner) -> Corner {
+        self.slowed_for(corner, other.reach(), other.speed)
+    }
+
+    /// The same, if from the other end on some of the line is gone and the speed there is given.
+    pub(super) fn slowed_for(&self, corner: Corner, gone: f64, speed: f64) -> Corner {
+        let left =
+            |corner: &Corner| self.length - corner.reach() - gone - self.change(corner.speed, speed);
+        if corner.speed <= speed || left(&corner) >= 0.0 {
             return corner;
         }
         let slowed = corner.slowed(corner.speed, left);
         // It need not be slower than the other.
-        if slowed.speed < other.speed { slowed.at_speed(other.speed) } else { slowed }
+        if slowed.speed < speed { slowed.at_speed(speed) } else { slowed }
     }
 
     /// Ticks of full jerk, and at full acceleration, in which a speed changes to another.
@@ -113,7 +123,7 @@ impl Line {
     }
 
     /// The way on which a speed changes to another.
-    fn change(&self, from: f64, to: f64) -> f64 {
+    pub(super) fn change(&self, from: f64, to: f64) -> f64 {
         let (rise, pause) = self.changing(from, to);
         f64::midpoint(from, to) * (2.0 * rise + pause)
     }
@@ -154,12 +164,8 @@ pub fn walk(
         }
         before = behind;
     }
-    if let Some([x, y]) = places.last() {
-        let rest = |position: f64| {
-            lay_out(time, State { position, ..State::default() }, &Phase::default())
-                .ok_or(Infeasible::NoNumber)
-        };
-        take([rest(*x)?, rest(*y)?]);
+    if let Some(last) = places.last() {
+        take(rest(time, *last).ok_or(Infeasible::NoNumber)?);
     }
     Ok(time)
 }

@@ -84,6 +84,12 @@ impl Corner {
         change.position
     }
 
+    /// When its pieces begin, from a time on, ticks.
+    pub fn times(&self, begins: f64) -> [f64; 3] {
+        let (rise, pause) = self.phases();
+        [begins, begins + rise, begins + rise + pause]
+    }
+
     /// Its pieces, from a time on, ticks.
     pub fn pieces(&self, begins: f64) -> [Option<Piece>; 3] {
         let (rise, pause) = self.phases();

@@ -1,110 +1,47 @@
-//! The path of all axes together: hold, wait for a plan, follow a straight line, or brake on it.
+//! The path of all axes together: hold, wait for a plan, follow a straight line, brake on it, or walk the spans of any
+//! motion.
 
-use super::profile::{Limits, Profile, Walk};
+use super::line::LinePlan;
+use super::profile::Walk;
 use super::ramp::{Ramp, RampLimits};
+use super::ring::Ring;
+use super::span::{Span, Until, has_come};
+use super::steps::{SetPoint, Walker};
+use crate::design::GLIDE_BITS;
 use crate::units::Pos;
-use crate::wide;
 
-/// A planned straight line. Made by [`LinePlan::new`] outside the tick.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct LinePlan<const N: usize> {
-    profile: Profile,
-    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
-    from: [Pos; N],
-    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
-    to: [Pos; N],
-    /// Picometres per unit of way, with `shift` fractional bits, for each axis.
-    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
-    gain: [i64; N],
-    shift: u32,
-    /// For braking, units a tick; the path itself has a jerk of one unit.
-    braking: RampLimits,
-}
-
-impl<const N: usize> LinePlan<N> {
-    /// Plans a line that all axes begin and end together, each within its own limits.
-    ///
-    /// The deviation from the straight line is below one picometre; the end is exact.
-    pub fn new(from: [Pos; N], to: [Pos; N], limits: &[Limits; N]) -> Self {
-        let mut delta = [0i64; N];
-        for (delta, (from, to)) in delta.iter_mut().zip(from.iter().zip(&to)) {
-            *delta = (*to - *from).pm();
-        }
-        let way = libm::sqrt(delta.iter().map(|&d| d as f64 * d as f64).sum::<f64>());
-        if way < 1.0 {
-            return Self::nowhere(to);
-        }
-        let along = limits_along(&delta, way, limits);
-        let profile = Profile::fastest(way, &along);
-        let units = profile.way().max(1);
-        let longest = delta.iter().map(|d| d.unsigned_abs()).max().unwrap_or(0);
-        let shift = fitting_shift(longest, units);
-        let unit_pm = way / units as f64;
-        let mut gain = [0i64; N];
-        for (gain, delta) in gain.iter_mut().zip(delta) {
-            *gain = scaled_quotient(delta, units, shift);
-        }
-        let acceleration = (along.acceleration / unit_pm).clamp(1.0, 2_147_483_648.0) as i64;
-        Self { profile, from, to, gain, shift, braking: RampLimits::new(acceleration, 1) }
-    }
-
-    fn nowhere(at: [Pos; N]) -> Self {
-        let profile = Profile { jerk_ticks: 0, acceleration_ticks: 0, cruise_ticks: 0 };
-        Self { profile, from: at, to: at, gain: [0; N], shift: 0, braking: RampLimits::new(1, 1) }
-    }
-
-    /// Ticks from start to end.
-    pub fn ticks(&self) -> u32 {
-        self.profile.ticks()
-    }
-
-    fn at(&self, way: i64) -> [Pos; N] {
-        let mut position = self.from;
-        for (position, gain) in position.iter_mut().zip(self.gain) {
-            let along = wide::scaled(way, gain, self.shift);
-            *position = Pos::from_pm(position.pm().wrapping_add(along));
-        }
-        position
-    }
-}
-
-/// The limits along a line: the axis that reaches its own limit first decides.
-fn limits_along<const N: usize>(delta: &[i64; N], way: f64, limits: &[Limits; N]) -> Limits {
-    let mut along = Limits { speed: f64::MAX, acceleration: f64::MAX, jerk: f64::MAX };
-    for (&delta, axis) in delta.iter().zip(limits).filter(|(delta, _)| **delta != 0) {
-        let share = libm::fabs(delta as f64) / way;
-        along.speed = along.speed.min(axis.speed / share);
-        along.acceleration = along.acceleration.min(axis.acceleration / share);
-        along.jerk = along.jerk.min(axis.jerk / share);
-    }
-    along
-}
-
-/// The most fractional bits with which `longest / units` still fits 62 bits.
-fn fitting_shift(longest: u64, units: i64) -> u32 {
-    let whole_bits = 64u32.saturating_sub(longest.leading_zeros());
-    let unit_bits = 64u32.saturating_sub(units.leading_zeros());
-    62u32.saturating_sub(whole_bits).saturating_add(unit_bits).saturating_sub(1).min(100)
-}
-
-/// `delta · 2^shift / units`, rounded to nearest.
-fn scaled_quotient(delta: i64, units: i64, shift: u32) -> i64 {
-    let units = i128::from(units);
-    let numerator = i128::from(delta.unsigned_abs()) << shift.min(100);
-    let quotient = numerator.saturating_add(units >> 1).checked_div(units).unwrap_or(0);
-    let magnitude = i64::try_from(quotient).unwrap_or(i64::MAX);
-    if delta < 0 { magnitude.saturating_neg() } else { magnitude }
-}
+/// Spans that can wait.
+pub const SPANS: usize = 40;
 
 /// What the set-point is doing.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Motion<const N: usize> {
     Hold,
-    Waiting { plan: LinePlan<N>, start: u32 },
-    Line { plan: LinePlan<N>, walk: Walk },
-    Braking { plan: LinePlan<N>, way: i64, ramp: Ramp },
+    Waiting {
+        plan: LinePlan<N>,
+        start: u32,
+    },
+    Line {
+        plan: LinePlan<N>,
+        walk: Walk,
+    },
+    Braking {
+        plan: LinePlan<N>,
+        way: i64,
+        ramp: Ramp,
+    },
+    /// On a span that holds up to a tick.
+    Walking {
+        until: u32,
+    },
+    /// Each axis for itself to rest; speeds and parts of a picometre have [`GLIDE_BITS`] fractional bits.
+    Slowing {
+        #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
+        ramps: [Ramp; N],
+        #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
+        rests: [i64; N],
+    },
 }
 
 /// The set-point of all axes, stage frame.
@@ -114,25 +51,58 @@ pub struct Path<const N: usize> {
     motion: Motion<N>,
     #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     set_point: [Pos; N],
+    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
+    walkers: [Walker; N],
+    spans: Ring<Span<N>, SPANS>,
+    /// A span was over and no other there.
+    starved: bool,
+    /// Of an axis that comes to rest without a plan.
+    #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
+    brakes: [RampLimits; N],
+}
+
+/// What a path will be doing at a tick to come: from there a motion can go elsewhere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Going<const N: usize> {
+    /// It stands.
+    Rest([Pos; N]),
+    /// It will be so many ticks on a line.
+    Line(LinePlan<N>, u32),
+    /// Each axis will be so many ticks on from a state.
+    Walking([(Walker, u32); N]),
 }
 
 impl<const N: usize> Path<N> {
-    /// Holding at a place.
-    pub fn holding(at: [Pos; N]) -> Self {
-        Self { motion: Motion::Hold, set_point: at }
+    /// Holding at a place; the limits are those of axes that must stop without a plan, with [`GLIDE_BITS`].
+    pub fn holding(at: [Pos; N], brakes: [RampLimits; N]) -> Self {
+        Self {
+            motion: Motion::Hold,
+            set_point: at,
+            walkers: [Walker::default(); N],
+            spans: Ring::default(),
+            starved: false,
+            brakes,
+        }
     }
 
     /// Holds at a place from now on.
     pub fn hold(&mut self, at: [Pos; N]) {
-        *self = Self::holding(at);
+        self.set_point = at;
+        self.forget();
     }
 
     /// The same for one axis, whose frame has moved.
     pub fn hold_axis(&mut self, axis: usize, at: Pos) {
-        self.motion = Motion::Hold;
+        self.forget();
         if let Some(set_point) = self.set_point.get_mut(axis) {
             *set_point = at;
         }
+    }
+
+    fn forget(&mut self) {
+        self.motion = Motion::Hold;
+        self.starved = false;
+        self.spans.clear();
     }
 
     /// The last set-point.
@@ -145,44 +115,144 @@ impl<const N: usize> Path<N> {
         &self.set_point
     }
 
+    /// All of the last set-point, of a path that walks spans: at rest elsewhere.
+    pub fn set_points(&self) -> [SetPoint; N] {
+        let mut set_points = self.set_point.map(|position| SetPoint { position, ..SetPoint::default() });
+        if let Motion::Walking { .. } = self.motion {
+            for (set_point, walker) in set_points.iter_mut().zip(&self.walkers) {
+                *set_point = walker.set_point();
+            }
+        }
+        set_points
+    }
+
     /// Takes a plan that begins at tick `start`.
     pub fn follow(&mut self, plan: LinePlan<N>, start: u32) {
+        self.spans.clear();
         self.motion = Motion::Waiting { plan, start };
     }
 
-    /// Brakes on the path from the next tick on.
+    /// How many more spans there is room for.
+    pub fn room(&self) -> usize {
+        self.spans.room()
+    }
+
+    /// Forgets the spans that begin at a tick or later.
+    pub fn cut(&mut self, tick: u32) {
+        let before = self.spans.iter().take_while(|span| !has_come(tick, span.first)).count();
+        self.spans.truncate(before);
+    }
+
+    /// Takes a span that begins after those there are; false if there is no room.
+    pub fn append(&mut self, span: Span<N>) -> bool {
+        self.spans.push(span)
+    }
+
+    /// What it will be doing at a tick to come, if nothing else is said.
+    pub fn going(&self, tick: u32, now: u32) -> Going<N> {
+        match self.motion {
+            Motion::Waiting { plan, start } => Going::Line(plan, ticks_to(tick, start)),
+            Motion::Line { plan, walk } => {
+                Going::Line(plan, walk.gone(&plan.profile).saturating_add(ticks_to(tick, now)))
+            }
+            Motion::Walking { .. } => Going::Walking(self.walking(tick, now)),
+            Motion::Hold | Motion::Braking { .. } | Motion::Slowing { .. } => Going::Rest(self.set_point),
+        }
+    }
+
+    fn walking(&self, tick: u32, now: u32) -> [(Walker, u32); N] {
+        let mut walking = self.walkers.map(|walker| (walker, ticks_to(tick, now)));
+        for span in self.spans.iter().take_while(|span| has_come(span.first, tick)) {
+            for (state, leg) in walking.iter_mut().zip(&span.legs) {
+                if let Some(leg) = leg {
+                    *state = (Walker::at(leg), ticks_to(tick, span.first));
+                }
+            }
+        }
+        walking
+    }
+
+    /// Brakes from the next tick on: on a line along it, elsewhere each axis for itself.
     pub fn brake(&mut self) {
+        self.spans.clear();
         self.motion = match self.motion {
             Motion::Line { plan, walk } => {
                 let ramp = Ramp { speed: walk.speed, acceleration: walk.acceleration };
                 Motion::Braking { plan, way: walk.way, ramp }
             }
-            braking @ Motion::Braking { .. } => braking,
+            Motion::Walking { .. } => self.slowing(),
+            braking @ (Motion::Braking { .. } | Motion::Slowing { .. }) => braking,
             Motion::Hold | Motion::Waiting { .. } => Motion::Hold,
         };
     }
 
-    /// Whether the set-point stands.
+    #[cold]
+    fn slowing(&self) -> Motion<N> {
+        let set_points = self.walkers.map(|walker| walker.set_point());
+        // From 38 and 46 fractional bits.
+        let ramps = set_points.map(|SetPoint { speed, acceleration, .. }| Ramp {
+            speed: speed >> (38 - GLIDE_BITS),
+            acceleration: acceleration >> (46 - GLIDE_BITS),
+        });
+        Motion::Slowing { ramps, rests: [0; N] }
+    }
+
+    /// Whether the set-point stands, and nothing waits.
     pub fn is_holding(&self) -> bool {
-        matches!(self.motion, Motion::Hold)
+        matches!(self.motion, Motion::Hold) && self.spans.is_empty()
+    }
+
+    /// Whether it stands and nothing that was begun moves it; a plan may wait.
+    pub fn stands(&self) -> bool {
+        matches!(self.motion, Motion::Hold | Motion::Waiting { .. }) && self.spans.is_empty()
+    }
+
+    /// Whether a span was over and no other there: then all axes come to rest, each for itself.
+    pub fn is_starved(&self) -> bool {
+        self.starved
     }
 
     /// The set-point of tick number `tick`.
     pub fn tick(&mut self, tick: u32) -> [Pos; N] {
+        let due = self.spans.get(0).is_some_and(|span| has_come(span.first, tick));
+        if due {
+            self.begin_span();
+            return self.set_point;
+        }
         if let Motion::Waiting { plan, start } = self.motion {
             // Reached also when the plan came late.
-            if tick.wrapping_sub(start) < u32::MAX / 2 {
+            if has_come(start, tick) {
                 self.motion = Motion::Line { plan, walk: Walk::default() };
             }
         }
+        self.go_on(tick);
+        self.set_point
+    }
+
+    fn begin_span(&mut self) {
+        let Some(span) = self.spans.pop() else { return };
+        for ((walker, leg), place) in self.walkers.iter_mut().zip(&span.legs).zip(&mut self.set_point) {
+            match leg {
+                Some(leg) => walker.begin(leg),
+                None => walker.step(),
+            }
+            *place = walker.position();
+        }
+        self.motion = match span.until {
+            Until::Rest => Motion::Hold,
+            Until::Tick(until) => Motion::Walking { until },
+        };
+    }
+
+    fn go_on(&mut self, tick: u32) {
         match &mut self.motion {
             Motion::Hold | Motion::Waiting { .. } => {}
             Motion::Line { plan, walk } => {
                 if walk.tick(&plan.profile) {
                     self.set_point = plan.at(walk.way);
                 } else {
-                    let end = plan.to;
-                    self.hold(end);
+                    self.set_point = plan.to;
+                    self.motion = Motion::Hold;
                 }
             }
             Motion::Braking { plan, way, ramp } => {
@@ -192,17 +262,54 @@ impl<const N: usize> Path<N> {
                     self.motion = Motion::Hold;
                 }
             }
+            Motion::Walking { until } if has_come(*until, tick) => {
+                self.starved = true;
+                self.motion = self.slowing();
+                self.slow_down();
+            }
+            Motion::Walking { .. } => {
+                for (walker, place) in self.walkers.iter_mut().zip(&mut self.set_point) {
+                    walker.step();
+                    *place = walker.position();
+                }
+            }
+            Motion::Slowing { .. } => self.slow_down(),
         }
-        self.set_point
     }
+
+    #[cold]
+    fn slow_down(&mut self) {
+        let Motion::Slowing { ramps, rests } = &mut self.motion else { return };
+        let axes = ramps.iter_mut().zip(rests).zip(&self.brakes).zip(&mut self.set_point);
+        let mut stands = true;
+        for (((ramp, rest), brake), place) in axes {
+            let way = rest.wrapping_add(ramp.tick(0, brake));
+            *place = *place + Pos::from_pm(way >> GLIDE_BITS);
+            *rest = way & ((1 << GLIDE_BITS) - 1);
+            stands &= ramp.is_at_rest();
+        }
+        if stands {
+            self.motion = Motion::Hold;
+        }
+    }
+}
+
+/// Ticks to a tick, none if it is past.
+fn ticks_to(tick: u32, from: u32) -> u32 {
+    if has_come(from, tick) { tick.wrapping_sub(from) } else { 0 }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::profile::Limits;
     use super::*;
     use proptest::prelude::*;
 
     const LIMITS: Limits = Limits { speed: 2e6, acceleration: 5000.0, jerk: 20.0 };
+
+    fn holding(at: [Pos; 2]) -> Path<2> {
+        Path::holding(at, [RampLimits::new(5000 << GLIDE_BITS, 20 << GLIDE_BITS); 2])
+    }
 
     fn run(path: &mut Path<2>, from_tick: u32) -> Vec<[Pos; 2]> {
         let mut points = Vec::new();
@@ -224,7 +331,7 @@ mod tests {
             let from = from.map(Pos::from_pm);
             let to = [from[0] + Pos::from_pm(to[0] >> scale), from[1] + Pos::from_pm(to[1] >> scale)];
             let plan = LinePlan::new(from, to, &[LIMITS; 2]);
-            let mut path = Path::holding(from);
+            let mut path = holding(from);
             path.follow(plan, 0);
             let points = run(&mut path, 0);
             prop_assert_eq!(path.set_point(), to);
@@ -241,7 +348,7 @@ mod tests {
         fn braking_stays_on_the_line_within_the_limits_and_never_turns_back(at in 1u32..1600) {
             let from = [Pos::ZERO; 2];
             let to = [Pos::from_mm(1.0), Pos::from_mm(-0.5)];
-            let mut path = Path::holding(from);
+            let mut path = holding(from);
             path.follow(LinePlan::new(from, to, &[LIMITS; 2]), 0);
             let mut points: Vec<[Pos; 2]> = (0..at).map(|tick| path.tick(tick)).collect();
             path.brake();
@@ -264,7 +371,7 @@ mod tests {
     #[test]
     fn a_move_to_where_it_stands_ends_at_once() {
         let at = [Pos::from_mm(3.0); 2];
-        let mut path = Path::holding(at);
+        let mut path = holding(at);
         path.follow(LinePlan::new(at, at, &[LIMITS; 2]), 0);
         assert_eq!(run(&mut path, 0).len(), 1);
         assert_eq!(path.set_point(), at);

@@ -5,7 +5,7 @@
 //! power of its time: pieces are as long as [`MOST_OFF`] allows. The next piece begins with the place and the speed of
 //! the last, and with its acceleration but for a third order, so that differences see no seam.
 
-use super::curve::{Bend, Curve, Spot};
+use super::curve::{Bend, Curve, Place, Spot};
 use super::profile::Limits;
 use super::steps::{Leg, lay_out};
 use super::transfer::{Infeasible, Phase, State, Transfer};
@@ -20,8 +20,8 @@ const SHORT: f64 = 0.01;
 /// A piece: for each axis what a tick adds up, from its first tick on.
 pub type Piece = [Leg; 2];
 
-/// A motion along a curve, from rest to rest.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A motion along a curve.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Along {
     curve: Curve,
     motion: Transfer,
@@ -42,6 +42,16 @@ impl Along {
         Ok(Self { curve, motion })
     }
 
+    /// A motion that was found along a curve.
+    pub const fn of(curve: Curve, motion: Transfer) -> Self {
+        Self { curve, motion }
+    }
+
+    /// Along the curve.
+    pub const fn motion(&self) -> &Transfer {
+        &self.motion
+    }
+
     /// How long it takes, ticks.
     pub fn ticks(&self) -> f64 {
         self.motion.ticks()
@@ -49,12 +59,17 @@ impl Along {
 
     /// All pieces; the last is the end, where it stays. None in the place of one that does not fit ([`Steps`](super::steps::Steps)).
     pub fn pieces(&self) -> Pieces {
-        Pieces { along: *self, phase: 0, begins: 0.0, gone: 0.0, state: self.motion.start() }
+        self.pieces_from(0.0)
+    }
+
+    /// The same of a motion that begins at a time, ticks.
+    pub fn pieces_from(&self, begins: f64) -> Pieces {
+        Pieces { along: *self, phase: 0, begins, gone: 0.0, state: self.motion.start() }
     }
 }
 
 /// The pieces of a motion, in their order.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Pieces {
     along: Along,
     /// Of the motion; 7 is its end, 8 is beyond.
@@ -68,6 +83,11 @@ pub struct Pieces {
 }
 
 impl Pieces {
+    /// When the next one begins, ticks.
+    pub fn time(&self) -> f64 {
+        self.begins + self.gone
+    }
+
     /// A part of the present phase: the rest of it, in equal parts no longer than the longest.
     fn part(&mut self, ticks: f64, jerk: f64) -> Option<Piece> {
         let left = ticks - self.gone;
@@ -119,16 +139,33 @@ impl Pieces {
 
     fn end(&mut self) -> Option<Piece> {
         self.phase = self.phase.saturating_add(1);
-        let Spot { at: [x, y], .. } = self.along.curve.spot(self.along.motion.end().position);
-        let rest = |position: f64| {
-            lay_out(
-                self.begins,
-                State { position: libm::round(position), ..State::default() },
-                &Phase::default(),
-            )
-        };
-        Some([rest(x)?, rest(y)?])
+        rest(self.begins, self.along.curve.spot(self.along.motion.end().position).at)
     }
+
+    /// The next piece, but for the end.
+    pub(super) fn next_of_motion(&mut self) -> Option<Option<Piece>> {
+        while let Some(phase) = self.along.motion.phases().get(self.phase) {
+            if phase.ticks > 0.0 {
+                return Some(self.part(phase.ticks, phase.jerk));
+            }
+            self.phase = self.phase.saturating_add(1);
+        }
+        None
+    }
+
+    /// Whether only the end is left.
+    pub(super) fn is_over(&self) -> bool {
+        self.along.motion.phases().iter().skip(self.phase).all(|phase| phase.ticks <= 0.0)
+    }
+}
+
+/// Rest at a place, to the nearest picometre, from a time on.
+pub(super) fn rest(begins: f64, at: Place) -> Option<Piece> {
+    let of = |position: f64| {
+        lay_out(begins, State { position: libm::round(position), ..State::default() }, &Phase::default())
+    };
+    let [x, y] = at;
+    Some([of(x)?, of(y)?])
 }
 
 /// Place and speed of an axis.
@@ -150,12 +187,6 @@ impl Iterator for Pieces {
     type Item = Option<Piece>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        while let Some(phase) = self.along.motion.phases().get(self.phase) {
-            if phase.ticks > 0.0 {
-                return Some(self.part(phase.ticks, phase.jerk));
-            }
-            self.phase = self.phase.saturating_add(1);
-        }
-        (self.phase == 7).then(|| self.end())
+        self.next_of_motion().or_else(|| (self.phase == 7).then(|| self.end()))
     }
 }

@@ -65,6 +65,22 @@ impl Profile {
         both.saturating_add(self.cruise_ticks)
     }
 
+    /// The walk after so many ticks, in one step. Not for the tick: multiplies.
+    pub fn walk(&self, ticks: u32) -> Walk {
+        let mut walk = Walk::default();
+        let mut left = ticks;
+        while let Some((length, jerk)) = self.phase(walk.phase) {
+            walk.ticks = left.min(length);
+            walk.add(i64::from(walk.ticks), jerk);
+            left = left.saturating_sub(length);
+            if left == 0 {
+                break;
+            }
+            walk.phase = walk.phase.saturating_add(1);
+        }
+        walk
+    }
+
     /// Length in ticks and jerk in units of phase 0…6; `None` past the end.
     const fn phase(&self, number: u8) -> Option<(u32, i64)> {
         match number {
@@ -125,6 +141,28 @@ impl Walk {
         true
     }
 
+    /// So many ticks of a jerk at once: sums of 1, 1 + 2 + …, and of those.
+    fn add(&mut self, n: i64, jerk: i64) {
+        let pairs = n.saturating_mul(n.saturating_add(1)) / 2;
+        // Does not fit for long phases, which have no jerk.
+        let triples = pairs.saturating_mul(n.saturating_add(2)) / 3;
+        let way = [
+            self.speed.saturating_mul(n),
+            self.acceleration.saturating_mul(pairs),
+            jerk.saturating_mul(triples),
+        ];
+        self.way = way.into_iter().fold(self.way, i64::saturating_add);
+        let speed = self.acceleration.saturating_mul(n).saturating_add(jerk.saturating_mul(pairs));
+        self.speed = self.speed.saturating_add(speed);
+        self.acceleration = self.acceleration.saturating_add(jerk.saturating_mul(n));
+    }
+
+    /// Ticks gone.
+    pub fn gone(&self, profile: &Profile) -> u32 {
+        let before = (0..self.phase).filter_map(|number| profile.phase(number));
+        before.fold(self.ticks, |ticks, (length, _)| ticks.saturating_add(length))
+    }
+
     fn jerk(&mut self, profile: &Profile) -> Option<i64> {
         loop {
             let (length, jerk) = profile.phase(self.phase)?;
@@ -165,6 +203,12 @@ mod tests {
             let profile = Profile::fastest(way, &limits);
             prop_assume!(profile.ticks() < 200_000);
             let states = walk(&profile);
+            for (ticks, state) in (1..).zip(&states).step_by(97).chain((1..).zip(&states).last()) {
+                let at_once = profile.walk(ticks);
+                let sums = |walk: &Walk| (walk.acceleration, walk.speed, walk.way, walk.gone(&profile));
+                prop_assert_eq!(sums(&at_once), sums(state));
+                prop_assert_eq!(state.gone(&profile), ticks);
+            }
             let end = states.last().copied().unwrap_or_default();
             prop_assert_eq!(end.way, profile.way());
             prop_assert_eq!((end.speed, end.acceleration), (0, 0));

@@ -55,15 +55,25 @@ impl Steps {
     ///
     /// At its end it is exactly there, or goes on from there at the speed of the end.
     pub fn of(transfer: &Transfer) -> Option<Self> {
+        Self::beginning(transfer, 0.0)
+    }
+
+    /// The same of a motion that begins later, ticks.
+    pub fn beginning(transfer: &Transfer, begins: f64) -> Option<Self> {
         let mut legs = [Leg::default(); 8];
-        let mut begins = 0.0;
+        let mut time = begins;
         for ((leg, phase), state) in legs.iter_mut().zip(transfer.phases()).zip(beginnings(transfer)) {
-            *leg = lay_out(begins, state, phase)?;
-            begins += phase.ticks;
+            *leg = lay_out(time, state, phase)?;
+            time += phase.ticks;
         }
         let end = State { acceleration: 0.0, ..transfer.end() };
-        *legs.last_mut()? = lay_out(begins, end, &Phase::default())?;
+        *legs.last_mut()? = lay_out(time, end, &Phase::default())?;
         Some(Self { legs })
+    }
+
+    /// Its legs; the last is its end.
+    pub const fn legs(&self) -> &[Leg; 8] {
+        &self.legs
     }
 
     /// Ticks until it is at its end.
@@ -142,6 +152,12 @@ pub struct Walker {
 }
 
 impl Walker {
+    /// One at the first tick of a leg.
+    #[inline]
+    pub const fn at(leg: &Leg) -> Self {
+        Self { differences: leg.differences }
+    }
+
     /// At the first tick of a leg.
     #[inline]
     pub fn begin(&mut self, leg: &Leg) {
@@ -163,6 +179,19 @@ impl Walker {
     pub fn position(&self) -> Pos {
         let [position, ..] = self.differences;
         Pos::from_pm(position.wrapping_add(1 << 23) >> 24)
+    }
+
+    /// The same as a state; what it has of picometres is exact to 2⁻¹⁶ within a metre. For planning, not for the tick.
+    pub fn state(&self) -> (State, f64) {
+        let [position, speed, acceleration, jerk] = [0, 1, 2, 3].map(|k| self.difference(k));
+        let now = acceleration - jerk;
+        (State { position, speed: speed - now / 2.0 - jerk / 6.0, acceleration: now }, jerk)
+    }
+
+    fn difference(&self, number: usize) -> f64 {
+        let fixed = self.differences.get(number).copied().unwrap_or(0);
+        let bits = BITS.get(number).copied().unwrap_or(0);
+        libm::ldexp(fixed as f64, -bits.cast_signed())
     }
 
     /// All of it.

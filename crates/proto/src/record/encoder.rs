@@ -17,6 +17,9 @@ const ROOM: usize = 128;
 /// Room for a map: ten bytes of place, five a node, and what any entry needs.
 const ROOM_FOR_MAP: usize = ROOM + 5 * NODES;
 
+/// Room for spans: four of three axes take 560 bytes at most.
+const ROOM_FOR_SPANS: usize = ROOM + 640;
+
 /// Where blocks go.
 pub trait Sink {
     /// Why a block could not be kept.
@@ -146,6 +149,11 @@ impl<const N: usize, S: Sink> Encoder<N, S> {
                 let mut to = self.open(ROOM)?;
                 to.byte(entry::REFINE);
                 to.number(axis as u64);
+            }
+            Event::Spans(ref batch) => {
+                let mut to = self.open(ROOM_FOR_SPANS)?;
+                to.byte(entry::SPANS);
+                to.batch(batch);
             }
             Event::Map { axis, map: None } => {
                 let mut to = self.open(ROOM)?;
@@ -277,6 +285,16 @@ impl Writer<'_> {
             Command::Home => self.byte(entry::HOME),
             Command::MoveTo(to) => self.places(entry::MOVE_TO, to),
             Command::MoveBy(way) => self.places(entry::MOVE_BY, way),
+            Command::Go(segment) => {
+                self.byte(entry::GO);
+                self.segment(segment);
+            }
+            Command::Hold => self.byte(entry::HOLD),
+            Command::Resume => self.byte(entry::RESUME),
+            Command::FeedRate(percent) => {
+                self.byte(entry::FEED_RATE);
+                self.number32(u32::from(*percent));
+            }
             Command::Stop => self.byte(entry::STOP),
             Command::Reset => self.byte(entry::RESET),
         }

@@ -22,6 +22,11 @@ pub(super) const MAP: u8 = 0xc8;
 pub(super) const NO_MAP: u8 = 0xc9;
 pub(super) const HASH: u8 = 0xca;
 pub(super) const REFINE: u8 = 0xcb;
+pub(super) const GO: u8 = 0xcc;
+pub(super) const HOLD: u8 = 0xcd;
+pub(super) const RESUME: u8 = 0xce;
+pub(super) const FEED_RATE: u8 = 0xcf;
+pub(super) const SPANS: u8 = 0xd0;
 
 /// In the byte that opens a tick: more than counters and pulses changed.
 const REST: u8 = 0x40;

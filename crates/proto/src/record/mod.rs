@@ -21,7 +21,7 @@
 //! |---|---|
 //! | `0rbababa` | a tick: counter (a) and pulses (b) of the axes that moved, then, if r, the rest that changed |
 //! | `10nnnnnn` | n + 1 ticks in which nothing changed |
-//! | `11kkkkkk` | what kind: a command, a plan, a map, a hash |
+//! | `11kkkkkk` | what kind: a command, a plan, spans, a map, a hash |
 //!
 //! A tick holds its differences from what the last one lets expect (see `Expected` in the source) as zig-zag varints.
 //! A block begins as if the last tick had been [`abbe_core::Inputs::at_rest`]: its first tick is written whole, and it
@@ -36,6 +36,7 @@ mod entry;
 mod error;
 mod hash;
 mod replay;
+mod spans;
 #[cfg(feature = "stage")]
 pub mod stage;
 #[cfg(test)]
@@ -49,10 +50,11 @@ pub use replay::{Played, Replay, ReplayError};
 
 use abbe_core::background::{self, Done};
 use abbe_core::compensate::ErrorMap;
+use abbe_core::plan::span::Batch;
 use abbe_core::{Command, Controller, Inputs, Outputs};
 
 /// Version of the bytes; it changes whenever a recording of one could not be read as the other.
-pub const FORMAT: u8 = 2;
+pub const FORMAT: u8 = 3;
 /// The longest block, bytes, with its head.
 pub const LONGEST_BLOCK: usize = 4096;
 /// Ticks from one hash of the outputs to the next.
@@ -77,6 +79,8 @@ pub enum Event<'m, const N: usize> {
         /// Tick at which its path begins.
         start: u32,
     },
+    /// A planner handed spans of a program or of a turn over.
+    Spans(Batch<N>),
     /// The samples of an axis' analogue encoder went into its correction. What came of it follows from the controller.
     Refine {
         /// Which axis.
@@ -115,6 +119,7 @@ pub fn apply<const N: usize>(controller: &mut Controller<N>, event: &Event<'_, N
         Event::Tick(ref inputs) => return Some(controller.tick(inputs)),
         Event::Command(command) => _ = controller.command(command),
         Event::Plan { number, start } => background::repeat(controller, Done::Plan { number, start }),
+        Event::Spans(ref batch) => _ = controller.take_spans(batch),
         Event::Refine { axis } => background::repeat(controller, Done::Refined { axis }),
         Event::Map { axis, map } => _ = controller.set_error_map(axis, map.copied()),
     }

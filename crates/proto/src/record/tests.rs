@@ -6,6 +6,9 @@ use abbe_core::design::StageSettings;
 use abbe_core::edge::{Actuation, AxisInputs, AxisOutputs, SinCos, StepRate};
 use abbe_core::front::StepEmitter;
 use abbe_core::machine::State;
+use abbe_core::plan::segment::{Feed, Segment, Shape};
+use abbe_core::plan::span::{BATCH, Batch, Span, Until};
+use abbe_core::plan::steps::Leg;
 use abbe_core::{Pos, Status};
 use proptest::prelude::*;
 use std::convert::Infallible;
@@ -19,6 +22,7 @@ enum Happening<const N: usize> {
     Command(Command<N>),
     Plan(u32, u32),
     Refine(usize),
+    Spans(Batch<N>),
     Map(usize, Option<Box<ErrorMap>>),
 }
 
@@ -28,6 +32,7 @@ impl<const N: usize> Happening<N> {
             Self::Tick(inputs) => Event::Tick(*inputs),
             Self::Command(command) => Event::Command(*command),
             Self::Refine(axis) => Event::Refine { axis: *axis },
+            Self::Spans(batch) => Event::Spans(*batch),
             Self::Plan(number, start) => Event::Plan { number: *number, start: *start },
             Self::Map(axis, map) => Event::Map { axis: *axis, map: map.as_deref() },
         }
@@ -38,6 +43,7 @@ impl<const N: usize> Happening<N> {
             Event::Tick(inputs) => Self::Tick(inputs),
             Event::Command(command) => Self::Command(command),
             Event::Refine { axis } => Self::Refine(axis),
+            Event::Spans(batch) => Self::Spans(batch),
             Event::Plan { number, start } => Self::Plan(number, start),
             Event::Map { axis, map } => Self::Map(axis, map.map(|map| Box::new(*map))),
         }
@@ -96,7 +102,47 @@ fn any_command<const N: usize>() -> impl Strategy<Value = Command<N>> {
         Just(Command::Reset),
         any_places().prop_map(Command::MoveTo),
         any_places().prop_map(Command::MoveBy),
+        any_segment().prop_map(Command::Go),
+        Just(Command::Hold),
+        Just(Command::Resume),
+        any::<u16>().prop_map(Command::FeedRate),
     ]
+}
+
+fn any_segment() -> impl Strategy<Value = Segment> {
+    let shape = (0..4, any_places(), any::<i64>(), any::<u32>(), any::<i64>()).prop_map(
+        |(kind, centre, amplitude, periods, phase)| match kind {
+            0 => Shape::Line,
+            1 => Shape::Arc { centre, counterclockwise: false },
+            2 => Shape::Arc { centre, counterclockwise: true },
+            _ => Shape::Sine { amplitude: Pos::from_pm(amplitude), periods, phase },
+        },
+    );
+    (shape, any_places(), any::<u64>(), any::<i64>()).prop_map(|(shape, to, feed, tolerance)| Segment {
+        shape,
+        to,
+        feed: Feed(feed),
+        tolerance: Pos::from_pm(tolerance),
+    })
+}
+
+fn any_span<const N: usize>() -> impl Strategy<Value = Span<N>> {
+    let leg = (any::<u32>(), any::<[i64; 4]>()).prop_map(|(first, differences)| Leg { first, differences });
+    let legs = prop::collection::vec(prop::option::of(leg), N).prop_map(|legs| legs.try_into().unwrap());
+    (any::<u32>(), any::<Option<u32>>(), legs).prop_map(|(first, until, legs)| Span {
+        first,
+        until: until.map_or(Until::Rest, Until::Tick),
+        legs,
+    })
+}
+
+fn any_batch<const N: usize>() -> impl Strategy<Value = Batch<N>> {
+    let head = (any::<u32>(), any::<u32>(), any::<Option<u32>>(), any::<u8>(), any::<bool>());
+    (head, prop::collection::vec(any_span(), 0..=BATCH)).prop_map(|((number, revision, cut, took, done), all)| {
+        let mut batch = Batch { number, revision, cut, took, done, ..Batch::default() };
+        assert!(all.into_iter().all(|span| batch.spans.push(span)));
+        batch
+    })
 }
 
 fn any_map() -> impl Strategy<Value = Box<ErrorMap>> {
@@ -126,6 +172,7 @@ fn any_step<const N: usize>() -> impl Strategy<Value = Step<N>> {
         6 => any_inputs().prop_map(|inputs| Step::Anything(Happening::Tick(inputs))),
         3 => any_command().prop_map(|command| Step::Anything(Happening::Command(command))),
         2 => any::<(u32, u32)>().prop_map(|(n, start)| Step::Anything(Happening::Plan(n, start))),
+        2 => any_batch().prop_map(|batch| Step::Anything(Happening::Spans(batch))),
         1 => (0_usize..5).prop_map(|axis| Step::Anything(Happening::Refine(axis))),
         1 => (any::<usize>(), prop::option::of(any_map()))
             .prop_map(|(axis, map)| Step::Anything(Happening::Map(axis, map))),

@@ -1,7 +1,7 @@
 //! Arcs.
 
 use super::{Bend, Place, Spot};
-use core::f64::consts::TAU;
+use core::f64::consts::{FRAC_PI_2, TAU};
 
 /// An arc. If its ends are not equally far from the centre, as rounded numbers leave it, its radius goes from one distance
 /// to the other in proportion to the angle, so that both ends are exact.
@@ -45,6 +45,19 @@ impl Arc {
     pub(super) fn bend(&self) -> Bend {
         let [first, last] = self.radii;
         Bend { curvature: first.max(last) / squared(first.min(last)), ..Bend::default() }
+    }
+
+    /// To the right, up, to the left, down, as far as it comes there.
+    pub(super) fn turning_points(&self, see: &mut dyn FnMut(Place)) {
+        let (begins, sweep) = (self.begins / FRAC_PI_2, self.sweep / FRAC_PI_2);
+        let (low, high) = (begins.min(begins + sweep), begins.max(begins + sweep));
+        let first = libm::ceil(low);
+        for quarter in 0..5 {
+            let angle = first + f64::from(quarter);
+            if angle <= high {
+                see(self.spot((angle - begins) / sweep * self.length()).at);
+            }
+        }
     }
 
     pub(super) fn spot(&self, way: f64) -> Spot {

@@ -49,6 +49,12 @@ pub struct Bend {
     pub second: f64,
 }
 
+impl Default for Curve {
+    fn default() -> Self {
+        Self::Line { from: [0.0; 2], to: [0.0; 2] }
+    }
+}
+
 impl Curve {
     /// Its length, pm.
     pub fn length(&self) -> f64 {
@@ -77,6 +83,18 @@ impl Curve {
             Self::Line { .. } => None,
             Self::Arc(arc) => Some(arc.bend()),
             Self::Sine(sine) => Some(sine.bend()),
+        }
+    }
+
+    /// Shows the places, besides its ends, where x or y may be lowest or highest: those where it turns back.
+    ///
+    /// Of an arc whose ends are not equally far from its centre they are nearly so: beside the true ones by less than
+    /// the square of the difference over the radius.
+    pub fn turning_points(&self, see: &mut dyn FnMut(Place)) {
+        match self {
+            Self::Line { .. } => {}
+            Self::Arc(arc) => arc.turning_points(see),
+            Self::Sine(sine) => sine.turning_points(see),
         }
     }
 

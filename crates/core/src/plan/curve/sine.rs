@@ -58,16 +58,43 @@ impl Sine {
 
     pub(super) fn spot(&self, way: f64) -> Spot {
         let angle = self.angle_at(self.length_to(self.phase) + way);
+        let (at, [ahead, left]) = self.at_angle(angle);
+        let speed = libm::hypot(ahead, left);
+        Spot {
+            at,
+            tangent: self.place([0.0; 2], ahead / speed, left / speed),
+        }
+    }
+
+    /// With each period a turn moves on evenly, so that the first and the last of its kind are the outermost.
+    ///
+    /// The speed of an axis is zero where cos θ = −ahead / (left · steepness).
+    pub(super) fn turning_points(&self, see: &mut dyn FnMut(Place)) {
+        let [x, y] = self.ahead;
+        let steep = self.amplitude / self.pitch;
+        for (ahead, left) in [(x, -y), (y, x)] {
+            let cos = -ahead / (left * steep);
+            // Else it never turns back; along the axis this is infinite.
+            if !(cos.abs() <= 1.0) {
+                continue;
+            }
+            for angle in [libm::acos(cos), -libm::acos(cos)] {
+                let first = libm::floor((self.phase - angle) / TAU) + 1.0;
+                let last = libm::ceil((self.phase - angle + self.turns) / TAU) - 1.0;
+                if first <= last {
+                    see(self.at_angle(angle + first * TAU).0);
+                    see(self.at_angle(angle + last * TAU).0);
+                }
+            }
+        }
+    }
+
+    /// The place at an angle, and the change of the way along its line and to its left for a radian there.
+    fn at_angle(&self, angle: f64) -> (Place, Place) {
         let along = (angle - self.phase) * self.pitch;
         let (sin, cos) = libm::sincos(angle);
         let aside = self.amplitude * (sin - libm::sin(self.phase));
-        // For a radian.
-        let (ahead, left) = (self.pitch, self.amplitude * cos);
-        let speed = libm::hypot(ahead, left);
-        Spot {
-            at: self.place(self.from, along, aside),
-            tangent: self.place([0.0; 2], ahead / speed, left / speed),
-        }
+        (self.place(self.from, along, aside), [self.pitch, self.amplitude * cos])
     }
 
     /// So far along the line from a place, and to its left.

@@ -100,6 +100,11 @@ impl Transfer {
         scale.motion(from, to, &task, task.fastest())
     }
 
+    /// One that takes no time.
+    pub fn standing(at: State) -> Self {
+        Self { from: at, to: at, ..Self::default() }
+    }
+
     /// To rest as soon as can be, wherever that is.
     ///
     /// # Errors
@@ -110,10 +115,39 @@ impl Transfer {
         if !start.is_within(limits.speed / scale.speed) {
             return Err(Infeasible::Start);
         }
-        let [a, b, c] = cruise::change(start, 0.0);
+        Self::to_speed(from, 0.0, limits)
+    }
+
+    /// To a speed as soon as can be, wherever that is; the start may be faster than the limit.
+    ///
+    /// # Errors
+    /// The acceleration of the start is beyond its limit, or something is no number.
+    pub fn to_speed(from: State, speed: f64, limits: &Limits) -> Result<Self, Infeasible> {
+        let scale = Scale::of(limits)?;
+        let start = scale.of_state(from)?;
+        if !(start.a.abs() <= 1.0 + SLACK && speed.is_finite()) {
+            return Err(Infeasible::Start);
+        }
+        let [a, b, c] = cruise::change(start, speed / scale.speed);
         let phases = scale.phases([a, b, c, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)]);
         let position = from.position + scale.length * way(start, &[a, b, c]);
-        Ok(Self { from, to: State { position, ..State::default() }, phases })
+        Ok(Self { from, to: State { position, speed, acceleration: 0.0 }, phases })
+    }
+
+    /// Whether it never goes back, but for what is rounded: a part of the highest speed.
+    pub fn is_forward(&self, rounded: f64) -> bool {
+        let mut state = self.from;
+        self.phases.iter().all(|phase| {
+            let after = state.after(phase.ticks, phase.jerk);
+            let turn = -state.acceleration / phase.jerk;
+            let lowest = if turn > 0.0 && turn < phase.ticks {
+                state.after(turn, phase.jerk).speed
+            } else {
+                state.speed
+            };
+            state = after;
+            lowest.min(after.speed) >= -rounded
+        })
     }
 
     /// Of the fastest motion: one between the same states that takes just so long, or else the shortest that this finds which

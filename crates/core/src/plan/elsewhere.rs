@@ -1,0 +1,119 @@
+//! Another target while the stage moves: from what it will be doing at a tick to rest there, all axes together.
+
+use super::path::Going;
+use super::profile::Limits;
+use super::ring::Ring;
+use super::span::{Span, Until};
+use super::steps::{Leg, Steps};
+use super::transfer::{Infeasible, State, Transfer};
+use crate::units::Pos;
+
+/// Most spans of such a motion: three phases, seven and the end, of three axes.
+pub const MOST: usize = 33;
+/// Most legs of an axis.
+const LEGS: usize = 11;
+
+/// The spans of a motion.
+pub type Spans<const N: usize> = Ring<Span<N>, MOST>;
+
+/// From what the stage will be doing at tick `start` to rest at a place: all axes arrive together, as soon as their limits
+/// allow; which way they go there is what comes of it. An axis that is too fast for its limits, by what was rounded or
+/// because they are lower now, slows down first.
+///
+/// # Errors
+/// A limit is no number above zero, a target beyond what fits ([`Steps::of`]), or an acceleration beyond its limit.
+pub fn turn<const N: usize>(
+    going: &Going<N>,
+    to: &[Pos; N],
+    limits: &[Limits; N],
+    start: u32,
+) -> Result<Spans<N>, Infeasible> {
+    let mut axes = [Axis::default(); N];
+    for (((axis, from), to), limits) in axes.iter_mut().zip(states(going)).zip(to).zip(limits) {
+        *axis = Axis::fastest(from, *to, limits)?;
+    }
+    let longest = axes.iter().map(Axis::ticks).fold(0.0, f64::max);
+    let mut legs = [[None; LEGS]; N];
+    for ((legs, axis), limits) in legs.iter_mut().zip(&axes).zip(limits) {
+        *legs = axis.lasting(longest, limits)?.legs().ok_or(Infeasible::NoNumber)?;
+    }
+    merged(&legs, start).ok_or(Infeasible::NoNumber)
+}
+
+/// The motion of an axis.
+#[derive(Clone, Copy, Debug, Default)]
+struct Axis {
+    /// Down to its limits.
+    slow: Transfer,
+    /// And to its target.
+    rest: Transfer,
+}
+
+impl Axis {
+    fn fastest(from: State, to: Pos, limits: &Limits) -> Result<Self, Infeasible> {
+        let to = State { position: to.pm() as f64, ..State::default() };
+        if let Ok(rest) = Transfer::fastest(from, to, limits) {
+            return Ok(Self { slow: Transfer::standing(from), rest });
+        }
+        // What it would settle at tells which way it is too fast.
+        let settled = from.speed + from.acceleration * from.acceleration.abs() / (2.0 * limits.jerk);
+        let slow = Transfer::to_speed(from, limits.speed.copysign(settled), limits)?;
+        Ok(Self { slow, rest: Transfer::fastest(slow.end(), to, limits)? })
+    }
+
+    fn ticks(&self) -> f64 {
+        self.slow.ticks() + self.rest.ticks()
+    }
+
+    fn lasting(&self, ticks: f64, limits: &Limits) -> Result<Self, Infeasible> {
+        Ok(Self { rest: self.rest.lasting(limits, ticks - self.slow.ticks())?, ..*self })
+    }
+
+    /// Laid out, in their order.
+    fn legs(&self) -> Option<[Option<Leg>; LEGS]> {
+        let slow = Steps::of(&self.slow)?;
+        let rest = Steps::beginning(&self.rest, self.slow.ticks())?;
+        let mut legs = [None; LEGS];
+        for (place, leg) in legs.iter_mut().zip(slow.legs().iter().take(3).chain(rest.legs())) {
+            *place = Some(*leg);
+        }
+        Some(legs)
+    }
+}
+
+/// Where each axis will be, and how fast.
+fn states<const N: usize>(going: &Going<N>) -> [State; N] {
+    match going {
+        Going::Rest(at) => at.map(|at| State { position: at.pm() as f64, ..State::default() }),
+        Going::Line(plan, ticks) => plan.states(*ticks),
+        Going::Walking(walking) => walking.map(|(walker, ticks)| {
+            let (state, jerk) = walker.state();
+            state.after(f64::from(ticks), jerk)
+        }),
+    }
+}
+
+/// The legs of all axes one behind the other, as they begin.
+fn merged<const N: usize>(legs: &[[Option<Leg>; LEGS]; N], start: u32) -> Option<Spans<N>> {
+    let mut spans = Spans::default();
+    let mut begun = [0usize; N];
+    loop {
+        let next = legs.iter().zip(&begun).filter_map(|(legs, begun)| legs.get(*begun).copied().flatten());
+        let Some(first) = next.map(|leg| leg.first).min() else { break };
+        let mut span = Span { first: start.wrapping_add(first), until: Until::Rest, legs: [None; N] };
+        for ((place, legs), begun) in span.legs.iter_mut().zip(legs).zip(&mut begun) {
+            // Of several that begin in one tick the last lasts.
+            while let Some(leg) = legs.get(*begun).copied().flatten().filter(|leg| leg.first <= first) {
+                *place = Some(leg);
+                *begun = begun.saturating_add(1);
+            }
+        }
+        if let Some(last) = spans.last_mut() {
+            last.until = Until::Tick(span.first);
+        }
+        if !spans.push(span) {
+            return None;
+        }
+    }
+    Some(spans)
+}

@@ -1,0 +1,64 @@
+//! A segment that was asked for, and the corner at its end.
+
+use super::super::chain::{Line, worth_it};
+use super::super::corner::Corner;
+use super::super::curve::{Curve, Place};
+use super::super::profile::Limits;
+
+/// A segment of a program's path.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Block {
+    pub(super) curve: Curve,
+    /// What was asked for, pm a tick.
+    feed: f64,
+    /// Of the corner at its end, pm.
+    tolerance: f64,
+    /// Along the curve.
+    pub(super) limits: Limits,
+    /// How the corner at its end can be passed at most; at rest where no line follows.
+    pub(super) corner: Corner,
+}
+
+impl Block {
+    /// None if the feed is not above zero, or a limit no number.
+    pub(super) fn new(
+        curve: Curve,
+        feed: f64,
+        tolerance: f64,
+        axes: &[Limits; 2],
+        rate: f64,
+    ) -> Option<Self> {
+        let mut block = Self { curve, feed, tolerance, ..Self::default() };
+        block.limit(axes, rate);
+        (block.limits.are_numbers() && tolerance >= 0.0).then_some(block)
+    }
+
+    /// Takes another part of the feed: of a rapid, of what the axes can go.
+    pub(super) fn limit(&mut self, axes: &[Limits; 2], rate: f64) {
+        let top = if self.feed.is_finite() { self.feed } else { self.curve.limits(axes, f64::MAX).speed };
+        self.limits = self.curve.limits(axes, top * rate);
+    }
+
+    /// Finds how the corner to the next can be passed.
+    pub(super) fn meet(&mut self, next: &Self, axes: &[Limits; 2]) {
+        self.corner = Corner::default();
+        let (Curve::Line { from, to: at }, Curve::Line { to, .. }) = (self.curve, next.curve) else { return };
+        if self.tolerance > 0.0 {
+            let lines = [self.line(), next.line()];
+            let room = lines[0].length.min(lines[1].length) / 2.0;
+            let feed = self.limits.speed.min(next.limits.speed);
+            let fastest = Corner::fastest([from, at, to], axes, feed, self.tolerance, room);
+            self.corner = worth_it(fastest, &lines);
+        }
+    }
+
+    /// How far and how fast.
+    pub(super) fn line(&self) -> Line {
+        Line { length: self.curve.length(), limits: self.limits }
+    }
+
+    /// Where it ends, to a picometre.
+    pub(super) fn end(&self) -> Place {
+        super::whole(self.curve.spot(self.curve.length()).at)
+    }
+}

@@ -1,0 +1,80 @@
+//! A part of the motion that was decided, and its pieces.
+
+use super::super::corner::Corner;
+use super::super::curve::Place;
+use super::super::pieces::{Along, Piece, Pieces, rest};
+
+/// What a part is.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum What {
+    /// Along a block.
+    Run(Along),
+    /// Around the corner at its end.
+    Round(Corner),
+    /// There.
+    Rest(Place),
+}
+
+/// A part of the motion. Times are ticks since the origin.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Part {
+    pub(super) what: What,
+    /// Number of the block it belongs to.
+    pub(super) block: usize,
+    pub(super) begins: f64,
+    pub(super) ends: f64,
+}
+
+impl Default for Part {
+    fn default() -> Self {
+        Self { what: What::Rest([0.0; 2]), block: 0, begins: 0.0, ends: 0.0 }
+    }
+}
+
+/// How far a part is laid out.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) enum Laying {
+    #[default]
+    Nothing,
+    Run(Pieces),
+    /// So many pieces of the corner.
+    Round(usize),
+    All,
+}
+
+/// A piece that was laid out, if it could be, and when it is over; never, if it is a rest.
+pub(super) type Laid = (Option<Piece>, Option<f64>);
+
+impl Laying {
+    /// The next piece of a part.
+    pub(super) fn next(&mut self, part: &Part) -> Option<Laid> {
+        match part.what {
+            What::Run(along) => {
+                if let Self::Nothing = self {
+                    *self = Self::Run(along.pieces_from(part.begins));
+                }
+                let Self::Run(pieces) = self else { return None };
+                // The rest may have been decided anew.
+                if pieces.time() >= part.ends {
+                    return None;
+                }
+                let piece = pieces.next_of_motion()?;
+                Some((piece, Some(if pieces.is_over() { part.ends } else { pieces.time() })))
+            }
+            What::Round(corner) => self.next_of_corner(part, &corner),
+            What::Rest(at) => {
+                let is_new = matches!(self, Self::Nothing);
+                *self = Self::All;
+                is_new.then(|| (rest(part.begins, at), None))
+            }
+        }
+    }
+
+    fn next_of_corner(&mut self, part: &Part, corner: &Corner) -> Option<Laid> {
+        let number = if let Self::Round(number) = self { *number } else { 0 };
+        *self = Self::Round(number.saturating_add(1));
+        let piece = corner.pieces(part.begins).get(number).copied()?;
+        let next = corner.times(part.begins).get(number.saturating_add(1)).copied();
+        Some((piece, Some(next.unwrap_or(part.ends))))
+    }
+}

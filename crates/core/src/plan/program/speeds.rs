@@ -1,0 +1,129 @@
+//! How a block is gone along: from the state it begins with, to the corner at its end.
+
+use super::super::corner::Corner;
+use super::super::curve::Place;
+use super::super::pieces::Along;
+use super::super::profile::Limits;
+use super::super::root::{Point, root};
+use super::super::transfer::{State, Transfer};
+use super::Program;
+use super::block::Block;
+
+/// A motion along a curve never goes back by more than this part of its highest speed: what is rounded.
+const ROUNDED: f64 = 1e-6;
+/// How often a corner that cannot be reached is tried again, nearer to the one that can.
+const TRIES: usize = 10;
+
+/// What was decided of a block.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Decided {
+    /// One after the other.
+    pub(super) runs: [Option<Along>; 2],
+    /// At its end; at rest if it has no speed.
+    pub(super) corner: Corner,
+    /// Where it rests then.
+    pub(super) end: Place,
+    /// All of the block, or up to a rest within it.
+    pub(super) whole: bool,
+}
+
+impl Program {
+    /// As fast as all that is known allows.
+    pub(super) fn along(&self, number: usize, state: State) -> Option<Decided> {
+        let block = self.blocks.get(number)?;
+        block.run(state, self.look_ahead(number, state)?)
+    }
+
+    /// To rest as soon as the path allows: within the block, or around the corner at its end as slowly as can be.
+    pub(super) fn slowly(&self, number: usize, state: State) -> Option<Decided> {
+        let block = self.blocks.get(number)?;
+        if let Some(stop) = block.stop(state) {
+            return Some(stop);
+        }
+        let fastest = self.look_ahead(number, state)?;
+        let mut slowest = block.slowest(state, fastest);
+        for _ in 0..TRIES {
+            if let Some(decided) = block.run(state, slowest) {
+                return Some(decided);
+            }
+            // The state has an acceleration, which was not thought of.
+            slowest = slowest.at_speed(f64::midpoint(slowest.speed, fastest.speed));
+        }
+        block.run(state, fastest)
+    }
+
+    /// The corner at the end of a block: none is faster than the block behind it can slow down from, nor than this one can
+    /// speed up to.
+    fn look_ahead(&self, number: usize, state: State) -> Option<Corner> {
+        let mut corner = Corner::default();
+        let mut behind: Option<&Block> = None;
+        for block in (number..self.blocks.len()).rev().filter_map(|number| self.blocks.get(number)) {
+            corner = match behind {
+                Some(behind) => behind.line().slowed(block.corner, &corner),
+                None => Corner::default(),
+            };
+            behind = Some(block);
+        }
+        let settled = state.speed + state.acceleration * state.acceleration.abs() / (2.0 * behind?.limits.jerk);
+        Some(behind?.line().slowed_for(corner, state.position, settled))
+    }
+}
+
+impl Block {
+    /// From a state to a corner; None if it cannot be reached without going back.
+    fn run(&self, state: State, corner: Corner) -> Option<Decided> {
+        let position = self.curve.length() - corner.reach();
+        let end = State { position, speed: corner.speed, acceleration: 0.0 };
+        let motions = self.motions(state, end)?;
+        let runs = motions.map(|motion| motion.map(|motion| Along::of(self.curve, motion)));
+        Some(Decided { runs, corner, end: self.end(), whole: true })
+    }
+
+    /// One motion, or down to the highest speed first, where the block before was faster or the feed has changed.
+    fn motions(&self, from: State, to: State) -> Option<[Option<Transfer>; 2]> {
+        let forward = |from: State, limits: &Limits| {
+            Transfer::fastest(from, to, limits).ok().filter(|motion| motion.is_forward(ROUNDED * limits.speed))
+        };
+        if let Some(motion) = forward(from, &self.limits) {
+            return Some([Some(motion), None]);
+        }
+        let slow = Transfer::to_speed(from, self.limits.speed, &self.limits).ok()?;
+        if slow.end().position <= to.position
+            && let Some(rest) = forward(slow.end(), &self.limits)
+        {
+            return Some([Some(slow), Some(rest)]);
+        }
+        // No way is left for that: as fast as it is.
+        let settled = from.speed + from.acceleration * from.acceleration.abs() / (2.0 * self.limits.jerk);
+        let speed = from.speed.max(settled).max(self.limits.speed) * (1.0 + ROUNDED);
+        let motion = forward(from, &Limits { speed, ..self.limits })?;
+        Some([Some(motion), None])
+    }
+
+    /// A rest within the block, if it can be.
+    fn stop(&self, state: State) -> Option<Decided> {
+        let stop = Transfer::to_speed(state, 0.0, &self.limits).ok()?;
+        let at = stop.end().position;
+        if at > self.curve.length() || !stop.is_forward(ROUNDED * self.limits.speed) {
+            return None;
+        }
+        let end = super::whole(self.curve.spot(at).at);
+        let runs = [Some(Along::of(self.curve, stop)), None];
+        Some(Decided { runs, corner: Corner::default(), end, whole: false })
+    }
+
+    /// The corner at its end at the lowest speed to which the state can slow down.
+    fn slowest(&self, state: State, fastest: Corner) -> Corner {
+        let line = self.line();
+        let left = |speed: f64| {
+            let corner = fastest.at_speed(speed);
+            line.length - corner.reach() - state.position - line.change(state.speed, speed)
+        };
+        let (stopped, passed) = (Point::of(0.0, left), Point::of(fastest.speed, left));
+        if stopped.f < 0.0 && passed.f > 0.0 {
+            fastest.at_speed(root(stopped, passed, left))
+        } else {
+            fastest
+        }
+    }
+}
