@@ -6,6 +6,7 @@ mod planner;
 
 use crate::controller::Controller;
 use crate::plan::path::Going;
+use crate::plan::span::Batch;
 use crate::plan::{Limits, LinePlan};
 use crate::sense::head::Head;
 use crate::units::Pos;
@@ -71,7 +72,7 @@ pub struct Asked<const N: usize> {
 
 /// Work that was done between two ticks: with this alone a recorded run repeats it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Done {
+pub enum Done<const N: usize> {
     /// A plan was handed over.
     Plan {
         /// Number of the move.
@@ -79,6 +80,8 @@ pub enum Done {
         /// Tick at which its path begins.
         start: u32,
     },
+    /// Spans of a program or of a turn were handed over.
+    Spans(Batch<N>),
     /// The samples of an analogue encoder went into its correction. They were gathered before, and none while they were
     /// fitted: the tick of the hand-over alone decides what comes of it.
     Refined {
@@ -87,9 +90,9 @@ pub enum Done {
     },
 }
 
-/// Does a piece of whatever the controller asks for, and says what; call it between ticks, once or until there is
-/// nothing left.
-pub fn advance<const N: usize>(controller: &mut Controller<N>) -> Option<Done> {
+/// Does a piece of what the controller asks for, and says what; call it between ticks, once or until there is nothing
+/// left. Without a memory it plans single moves from rest and fits signals; a [`Planner`] does all there is.
+pub fn advance<const N: usize>(controller: &mut Controller<N>) -> Option<Done<N>> {
     if let Some(request) = controller.wanted_plan() {
         let start = request.asked_at.wrapping_add(PLANNING_TICKS);
         hand_over(controller, &request, start);
@@ -101,8 +104,8 @@ pub fn advance<const N: usize>(controller: &mut Controller<N>) -> Option<Done> {
 }
 
 /// Does once more what [`advance`] did. What nobody waits for is left.
-pub fn repeat<const N: usize>(controller: &mut Controller<N>, done: Done) {
-    match done {
+pub fn repeat<const N: usize>(controller: &mut Controller<N>, done: &Done<N>) {
+    match *done {
         Done::Plan { number, start } => {
             let wanted = controller.wanted_plan().filter(|request| request.number == number);
             if let Some(request) = wanted {
@@ -110,6 +113,7 @@ pub fn repeat<const N: usize>(controller: &mut Controller<N>, done: Done) {
             }
         }
         Done::Refined { axis } => refine(controller, axis),
+        Done::Spans(ref batch) => _ = controller.take_spans(batch),
     }
 }
 

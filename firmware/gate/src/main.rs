@@ -70,7 +70,7 @@ fn controller<const N: usize>(mut controller: Controller<N>) {
         black_box(controller.config());
         black_box(controller.wanted_plan());
         if let Some(plan) = background::advance(black_box(&mut controller)) {
-            background::repeat(black_box(&mut controller), black_box(plan));
+            background::repeat(black_box(&mut controller), &black_box(plan));
         }
         black_box(&controller.set_error_map(black_box(0), black_box(Some(ErrorMap::NONE))));
         plan(&mut controller);

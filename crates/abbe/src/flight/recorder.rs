@@ -2,8 +2,9 @@
 
 use super::file::{Origin, Recording, RecordingError, Stretch};
 use super::snapshot;
+use abbe_core::background::Planner;
 use abbe_core::compensate::ErrorMap;
-use abbe_core::{Accepted, Command, Controller, Inputs, Outputs, Refusal, background};
+use abbe_core::{Accepted, Command, Controller, Inputs, Outputs, Refusal};
 use abbe_proto::record::{Encoder, Event, Sink};
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -71,6 +72,7 @@ impl Present {
 #[derive(Debug)]
 pub(crate) struct Recorder {
     controller: Controller<2>,
+    planner: Planner,
     origin: Origin,
     keep: Keep,
     past: VecDeque<Past>,
@@ -89,6 +91,7 @@ impl Recorder {
             present: Present::begin(&controller, 0),
             number: 0,
             controller,
+            planner: Planner::default(),
             origin,
             keep,
             past: VecDeque::new(),
@@ -112,8 +115,8 @@ impl Recorder {
         let Ok(()) = self.present.encoder.outputs(&outputs);
         self.present.ticks += 1;
         self.number += u64::from(inputs.tick.wrapping_sub(self.number as u32));
-        if let Some(plan) = background::advance(&mut self.controller) {
-            self.present.event(&plan.into());
+        if let Some(done) = self.planner.advance(&mut self.controller) {
+            self.present.event(&done.into());
         }
         outputs
     }

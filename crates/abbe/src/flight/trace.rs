@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use abbe_core::command::axis_name;
 use abbe_core::edge::{Actuation, AxisOutputs};
 use abbe_core::machine::State;
+use abbe_core::plan::segment::Shape;
 use abbe_core::publish::{AxisStatus, Fault};
 use abbe_core::{Command, Pos, Status};
 use serde_json::{Value, json};
@@ -351,6 +352,14 @@ impl Trace {
     }
 }
 
+fn shape(shape: &Shape) -> &'static str {
+    match shape {
+        Shape::Line => "line",
+        Shape::Arc { .. } => "arc",
+        Shape::Sine { .. } => "sine",
+    }
+}
+
 /// A request in words.
 fn words(command: &Command<2>) -> String {
     let places = |places: &[Pos; 2]| places.map(|place| format!("{:.4}", place.mm())).join(", ");
@@ -360,6 +369,10 @@ fn words(command: &Command<2>) -> String {
         Command::Home => "home".into(),
         Command::MoveTo(to) => format!("move to {}", places(to)),
         Command::MoveBy(way) => format!("move by {}", places(way)),
+        Command::Go(segment) => format!("{} to {}", shape(&segment.shape), places(&segment.to)),
+        Command::Hold => "hold".into(),
+        Command::Resume => "resume".into(),
+        Command::FeedRate(percent) => format!("feed rate {percent} %"),
         Command::Stop => "stop".into(),
         Command::Reset => "reset".into(),
     }

@@ -1,15 +1,14 @@
 //! What needs a memory between two ticks: programs, and moves that go elsewhere while the stage moves.
 
-use super::{Asked, PLANNING_TICKS};
+use super::{Asked, Done, PLANNING_TICKS};
 use crate::controller::Controller;
 use crate::plan::elsewhere::{Spans, turn};
 use crate::plan::program::Program;
 use crate::plan::span::{Batch, has_come};
 use crate::plan::transfer::Infeasible;
 
-/// Plans what a controller of two axes asks for beyond single moves from rest, and hands it over in batches.
-///
-/// A batch is all that the controller gets: recorded, it repeats the run without a planner.
+/// Plans whatever a controller of two axes asks for. Programs and turns it hands over in batches, which are all that the
+/// controller gets of them: recorded, they repeat the run without a planner.
 #[derive(Clone, Debug, Default)]
 pub struct Planner {
     /// Of which move.
@@ -37,14 +36,15 @@ struct Told {
 }
 
 impl Planner {
-    /// A piece of work, if there is some, and what was handed over: call it between two ticks, once or more often.
-    pub fn advance(&mut self, controller: &mut Controller<2>) -> Option<Batch<2>> {
-        let batch = self.batch(controller)?;
+    /// A piece of work, if there is some, and what came of it: call it between two ticks, once or until there is nothing
+    /// left.
+    pub fn advance(&mut self, controller: &mut Controller<2>) -> Option<Done<2>> {
+        let Some(batch) = self.batch(controller) else { return super::advance(controller) };
         if !controller.take_spans(&batch) {
             // It came too late, so the rest of it would be wrong.
             self.work = Work::Lost;
         }
-        Some(batch)
+        Some(Done::Spans(batch))
     }
 
     fn batch(&mut self, controller: &Controller<2>) -> Option<Batch<2>> {

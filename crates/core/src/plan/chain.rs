@@ -107,8 +107,7 @@ impl Line {
 
     /// The same, if from the other end on some of the line is gone and the speed there is given.
     pub(super) fn slowed_for(&self, corner: Corner, gone: f64, speed: f64) -> Corner {
-        let left =
-            |corner: &Corner| self.length - corner.reach() - gone - self.change(corner.speed, speed);
+        let left = |corner: &Corner| self.length - corner.reach() - gone - self.change(corner.speed, speed);
         if corner.speed <= speed || left(&corner) >= 0.0 {
             return corner;
         }

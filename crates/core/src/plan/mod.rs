@@ -24,6 +24,6 @@ pub mod transfer;
 
 pub use line::LinePlan;
 pub use path::Path;
-pub use segment::Segment;
 pub use profile::{Limits, Profile};
 pub use ramp::Ramp;
+pub use segment::Segment;

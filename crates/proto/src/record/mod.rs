@@ -95,10 +95,11 @@ pub enum Event<'m, const N: usize> {
     },
 }
 
-impl<const N: usize> From<Done> for Event<'_, N> {
-    fn from(done: Done) -> Self {
+impl<const N: usize> From<Done<N>> for Event<'_, N> {
+    fn from(done: Done<N>) -> Self {
         match done {
             Done::Plan { number, start } => Self::Plan { number, start },
+            Done::Spans(batch) => Self::Spans(batch),
             Done::Refined { axis } => Self::Refine { axis },
         }
     }
@@ -118,9 +119,9 @@ pub fn apply<const N: usize>(controller: &mut Controller<N>, event: &Event<'_, N
     match *event {
         Event::Tick(ref inputs) => return Some(controller.tick(inputs)),
         Event::Command(command) => _ = controller.command(command),
-        Event::Plan { number, start } => background::repeat(controller, Done::Plan { number, start }),
+        Event::Plan { number, start } => background::repeat(controller, &Done::Plan { number, start }),
         Event::Spans(ref batch) => _ = controller.take_spans(batch),
-        Event::Refine { axis } => background::repeat(controller, Done::Refined { axis }),
+        Event::Refine { axis } => background::repeat(controller, &Done::Refined { axis }),
         Event::Map { axis, map } => _ = controller.set_error_map(axis, map.copied()),
     }
     None

@@ -138,11 +138,13 @@ fn any_span<const N: usize>() -> impl Strategy<Value = Span<N>> {
 
 fn any_batch<const N: usize>() -> impl Strategy<Value = Batch<N>> {
     let head = (any::<u32>(), any::<u32>(), any::<Option<u32>>(), any::<u8>(), any::<bool>());
-    (head, prop::collection::vec(any_span(), 0..=BATCH)).prop_map(|((number, revision, cut, took, done), all)| {
-        let mut batch = Batch { number, revision, cut, took, done, ..Batch::default() };
-        assert!(all.into_iter().all(|span| batch.spans.push(span)));
-        batch
-    })
+    (head, prop::collection::vec(any_span(), 0..=BATCH)).prop_map(
+        |((number, revision, cut, took, done), all)| {
+            let mut batch = Batch { number, revision, cut, took, done, ..Batch::default() };
+            assert!(all.into_iter().all(|span| batch.spans.push(span)));
+            batch
+        },
+    )
 }
 
 fn any_map() -> impl Strategy<Value = Box<ErrorMap>> {
@@ -498,6 +500,7 @@ fn controller() -> Controller<2> {
 /// Homes, maps, moves, is asked nonsense, stops and meets a fault, with a recorder beside it.
 fn recorded_run() -> (Vec<u8>, Status<2>, u32) {
     let (mut slides, mut controller, mut outputs) = (Slides::new(), controller(), Outputs::OFF);
+    let mut planner = background::Planner::default();
     let mut bytes = Vec::new();
     let mut encoder = Encoder::<2, _>::new(|block: &[u8]| {
         bytes.extend_from_slice(block);
@@ -511,6 +514,12 @@ fn recorded_run() -> (Vec<u8>, Status<2>, u32) {
             45_000 => Some(Event::Map { axis: 1, map: Some(&map) }),
             45_010 => Some(Event::Command(Command::MoveTo([Pos::from_mm(3.0), Pos::from_mm(7.0)]))),
             45_100 => Some(Event::Command(Command::MoveTo([Pos::from_mm(1.0); 2]))),
+            45_200 => Some(Event::Command(Command::Home)),
+            55_000 => Some(Event::Command(Command::Go(Segment {
+                to: [Pos::from_mm(2.0); 2],
+                feed: Feed::RAPID,
+                ..Segment::default()
+            }))),
             65_000 | 70_000 => Some(Event::Command(Command::MoveBy([Pos::from_mm(9.0), Pos::from_mm(-1.0)]))),
             67_000 => Some(Event::Command(Command::Stop)),
             _ => None,
@@ -524,7 +533,7 @@ fn recorded_run() -> (Vec<u8>, Status<2>, u32) {
         encoder.event(&Event::Tick(inputs)).unwrap();
         outputs = controller.tick(&inputs);
         encoder.outputs(&outputs).unwrap();
-        if let Some(plan) = background::advance(&mut controller) {
+        while let Some(plan) = planner.advance(&mut controller) {
             encoder.event(&plan.into()).unwrap();
         }
     }
@@ -535,7 +544,7 @@ fn recorded_run() -> (Vec<u8>, Status<2>, u32) {
 #[test]
 fn a_replay_ends_where_the_run_did_and_proves_every_tick() {
     let (bytes, status, ticks) = recorded_run();
-    assert_eq!((status.state, status.move_number), (State::Fault, 3), "the run went as far as it should");
+    assert_eq!((status.state, status.move_number), (State::Fault, 5), "the run went as far as it should");
     let mut again = controller();
     let mut replay = Replay::new(&bytes);
     let (mut plans, mut refused, mut proofs) = (0, 0, 0);
@@ -548,7 +557,7 @@ fn a_replay_ends_where_the_run_did_and_proves_every_tick() {
         }
     }
     assert_eq!((replay.ticks(), replay.proven()), (ticks, ticks));
-    assert_eq!((plans, refused, proofs), (3, 1, ticks / HASH_TICKS + 1));
+    assert_eq!((plans, refused, proofs), (8, 1, ticks / HASH_TICKS + 1));
     assert_eq!(again.status(), status);
 }
 

@@ -60,10 +60,7 @@ impl Sine {
         let angle = self.angle_at(self.length_to(self.phase) + way);
         let (at, [ahead, left]) = self.at_angle(angle);
         let speed = libm::hypot(ahead, left);
-        Spot {
-            at,
-            tangent: self.place([0.0; 2], ahead / speed, left / speed),
-        }
+        Spot { at, tangent: self.place([0.0; 2], ahead / speed, left / speed) }
     }
 
     /// With each period a turn moves on evenly, so that the first and the last of its kind are the outermost.

@@ -20,8 +20,8 @@ use super::profile::Limits;
 use super::ring::Ring;
 use super::segment::{Segment, place};
 use super::span::{Span, Until};
-use crate::units::Pos;
 use super::transfer::{Infeasible, State};
+use crate::units::Pos;
 use block::Block;
 use part::{Laying, Part, What};
 
@@ -195,7 +195,8 @@ impl Program {
             self.state = State { position: corner.reach(), speed: corner.speed, acceleration: 0.0 };
         } else {
             self.append(What::Rest(decided.end), 0.0);
-            let gone = decided.runs.into_iter().flatten().last().map_or(0.0, |run| run.motion().end().position);
+            let gone =
+                decided.runs.into_iter().flatten().last().map_or(0.0, |run| run.motion().end().position);
             self.state = State { position: if decided.whole { 0.0 } else { gone }, ..State::default() };
         }
         self.next = self.next.saturating_add(usize::from(decided.whole));
@@ -282,7 +283,10 @@ impl Program {
 
     fn forget_what_is_past(&mut self, now: u32) {
         let now = self.since(now);
-        while self.laid > 0 && self.parts.get(1).is_some() && self.parts.get(0).is_some_and(|part| part.ends < now) {
+        while self.laid > 0
+            && self.parts.get(1).is_some()
+            && self.parts.get(0).is_some_and(|part| part.ends < now)
+        {
             _ = self.parts.pop();
             self.laid = self.laid.saturating_sub(1);
             let first = self.parts.get(0).map_or(self.next, |part| part.block);

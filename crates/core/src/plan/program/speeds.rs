@@ -64,7 +64,8 @@ impl Program {
             };
             behind = Some(block);
         }
-        let settled = state.speed + state.acceleration * state.acceleration.abs() / (2.0 * behind?.limits.jerk);
+        let settled =
+            state.speed + state.acceleration * state.acceleration.abs() / (2.0 * behind?.limits.jerk);
         Some(behind?.line().slowed_for(corner, state.position, settled))
     }
 }
@@ -82,7 +83,9 @@ impl Block {
     /// One motion, or down to the highest speed first, where the block before was faster or the feed has changed.
     fn motions(&self, from: State, to: State) -> Option<[Option<Transfer>; 2]> {
         let forward = |from: State, limits: &Limits| {
-            Transfer::fastest(from, to, limits).ok().filter(|motion| motion.is_forward(ROUNDED * limits.speed))
+            Transfer::fastest(from, to, limits)
+                .ok()
+                .filter(|motion| motion.is_forward(ROUNDED * limits.speed))
         };
         if let Some(motion) = forward(from, &self.limits) {
             return Some([Some(motion), None]);
