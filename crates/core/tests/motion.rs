@@ -168,7 +168,10 @@ fn segments_that_cannot_be_gone_are_refused_and_change_nothing() {
     assert!(matches!(refused, Err(Refusal::OutOfTravel { axis: 1, .. })), "{refused:?}");
     let shape = Shape::Sine { amplitude: Pos::ZERO, periods: 3, phase: 0 };
     assert_eq!(go(&mut bench, Segment { shape, to: mm(6.0, 2.0), ..bulging }), Err(Refusal::NoCurve));
-    assert_eq!(go(&mut bench, Segment { feed: Feed::default(), ..line(3.0, 3.0, 0.0) }), Err(Refusal::NoFeed));
+    assert_eq!(
+        go(&mut bench, Segment { feed: Feed::default(), ..line(3.0, 3.0, 0.0) }),
+        Err(Refusal::NoFeed)
+    );
     for command in [Command::Hold, Command::Resume] {
         assert_eq!(bench.controller.command(command), Err(Refusal::NoProgram));
     }
@@ -205,7 +208,12 @@ fn a_stop_brakes_on_the_path_and_forgets_the_rest() {
     let mut random = Pcg64Mcg::seed_from_u64(3);
     for _ in 0..20 {
         let mut bench = Bench::homed();
-        bench.go(&[line(3.0, 3.0, 20.0), line(6.0, 3.0, 20.0), line(6.0, 6.0, 20.0), circle(6.0, 6.0, 1.0, false)]);
+        bench.go(&[
+            line(3.0, 3.0, 20.0),
+            line(6.0, 3.0, 20.0),
+            line(6.0, 6.0, 20.0),
+            circle(6.0, 6.0, 1.0, false),
+        ]);
         bench.run(random.random_range(1..9000));
         bench.ask(Command::Stop);
         bench.settle();
@@ -218,7 +226,8 @@ fn a_stop_brakes_on_the_path_and_forgets_the_rest() {
         assert_eq!(bench.status().axes.map(|axis| axis.set_point), held);
         // On one of the lines, or on the circle; after the stop the target is the reading, within a count.
         let [x, y] = held.map(Pos::mm);
-        let off = [(x - y).abs() / 1.4, (y - 3.0).abs(), (x - 6.0).abs(), ((x - 7.0).hypot(y - 6.0) - 1.0).abs()];
+        let off =
+            [(x - y).abs() / 1.4, (y - 3.0).abs(), (x - 6.0).abs(), ((x - 7.0).hypot(y - 6.0) - 1.0).abs()];
         let off = off.into_iter().fold(f64::INFINITY, f64::min);
         assert!(off < 0.0205, "{off} mm off the path at {x} {y}");
         bench.ask(Command::MoveTo(mm(1.0, 2.0)));

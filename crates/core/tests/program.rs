@@ -139,7 +139,8 @@ fn beside(curve: &Curve, [x, y]: Place) -> f64 {
     let length = curve.length();
     let parts = if curve.bend().is_none() { 1 } else { 48 };
     let part = length / f64::from(parts);
-    let nearest = (0..=parts).map(|k| f64::from(k) * part).min_by(|a, b| off(*a).total_cmp(&off(*b))).unwrap_or(0.0);
+    let nearest =
+        (0..=parts).map(|k| f64::from(k) * part).min_by(|a, b| off(*a).total_cmp(&off(*b))).unwrap_or(0.0);
     let (mut low, mut high) = ((nearest - part).max(0.0), (nearest + part).min(length));
     for _ in 0..60 {
         let third = (high - low) / 3.0;
@@ -151,7 +152,8 @@ fn beside(curve: &Curve, [x, y]: Place) -> f64 {
 /// Any program, and its curves.
 fn any_program(random: &mut Pcg64Mcg, count: usize) -> ([Pos; 2], Vec<Segment>, Vec<Curve>) {
     let length = 10_f64.powf(random.random_range(4.0..8.5));
-    let tolerance = if random.random_range(0..4) == 0 { 0.0 } else { 10_f64.powf(random.random_range(2.0..7.0)) };
+    let tolerance =
+        if random.random_range(0..4) == 0 { 0.0 } else { 10_f64.powf(random.random_range(2.0..7.0)) };
     let feed = 10_f64.powf(random.random_range(4.5..6.5));
     let from = pm([(); 2].map(|()| random.random_range(1e10..5e10_f64)));
     let (mut at, mut segments, mut curves) = (from, Vec::new(), Vec::new());
@@ -180,7 +182,8 @@ fn any_program(random: &mut Pcg64Mcg, count: usize) -> ([Pos; 2], Vec<Segment>, 
             },
             _ => Shape::Line,
         };
-        let segment = Segment { shape, to, feed: Feed::from_pm(feed), tolerance: Pos::from_pm(tolerance as i64) };
+        let segment =
+            Segment { shape, to, feed: Feed::from_pm(feed), tolerance: Pos::from_pm(tolerance as i64) };
         if let Some(curve) = segment.curve(at) {
             (at, _) = (to, segments.push(segment));
             curves.push(curve);

@@ -193,10 +193,7 @@ impl<const N: usize> Path<N> {
             // From 38, 46 and 50 fractional bits; a ramp knows the last differences, not derivatives.
             let bits = [38, 46, 50].map(|bits: u32| bits.saturating_sub(GLIDE_BITS));
             let [v, a, j] = [speed >> bits[0], acceleration >> bits[1], jerk >> bits[2]];
-            Ramp {
-                speed: v.wrapping_sub(a >> 1).wrapping_add(j / 6),
-                acceleration: a.wrapping_sub(j),
-            }
+            Ramp { speed: v.wrapping_sub(a >> 1).wrapping_add(j / 6), acceleration: a.wrapping_sub(j) }
         });
         Motion::Slowing { ramps, rests: [0; N] }
     }
