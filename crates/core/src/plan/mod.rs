@@ -13,6 +13,7 @@ pub mod pieces;
 pub mod profile;
 pub mod ramp;
 mod root;
+pub mod scan;
 pub mod steps;
 pub mod transfer;
 
