@@ -75,8 +75,9 @@ fn assert_rests(path: &[Place], plan: &ScanPlan) {
 
 /// All of it is inside, and nothing is spare.
 fn assert_extent(path: &[Place], plan: &ScanPlan) {
-    let [low, high] = plan.extent().map(places);
+    let extent = plan.extent().map(places);
     for axis in 0..2 {
+        let [low, high] = extent.map(|corner| corner[axis]);
         let of = |place: &Place| place[axis];
         let lowest = path.iter().map(of).fold(f64::INFINITY, f64::min);
         let highest = path.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
@@ -290,7 +291,7 @@ fn the_room_for_the_turns_is_told_and_the_travel_is_kept() {
     let plan = SMALL.plan(&[STAGE; 2]).expect("it is possible");
     // 5 ms and a turn of ± 10 mm/s: 0.05 + 0.15 mm or so.
     let [low, high] = plan.room();
-    assert!(low.um() > 150.0 && low.um() < 300.0 && high == low, "{low:?} {high:?}");
+    assert!(low.um() > 150.0 && low.um() < 300.0 && high.um() > 200.0 && high < low, "{low:?} {high:?}");
     assert_eq!(
         plan.extent(),
         [[Pos::from_mm(10.0) - low, Pos::from_mm(20.0)], [Pos::from_mm(12.0) + high, Pos::from_mm(21.0)],]

@@ -231,9 +231,8 @@ impl ScanPlan {
             return None;
         }
         let enters = self.line_begins(number) + f64::from(self.scan.settle);
-        let leaves = self.line_begins(number) + self.straight;
         let [from, to] = self.edges(number).map(|edge| self.place(edge, self.row(number)));
-        Some(Line { from, to, enters: enters as u32, leaves })
+        Some(Line { from, to, enters: enters as u32, leaves: self.line_ends(number) })
     }
 
     /// Where the stage must be at rest when it begins.
@@ -304,13 +303,19 @@ impl ScanPlan {
         if begin.chain(end).all(|piece| piece.is_some()) { Ok(()) } else { Err(ScanError::DoesNotFit) }
     }
 
+    /// When it comes to rest: a whole tick.
     fn ends(&self) -> f64 {
-        self.line_begins(self.number.saturating_sub(1)) + self.straight + self.stop.ticks()
+        libm::round(self.line_ends(self.number.saturating_sub(1)) + self.stop.ticks())
     }
 
-    /// When a line begins, before the area, ticks.
+    /// When a line begins, before the area: a whole tick.
     fn line_begins(&self, number: u32) -> f64 {
-        self.run_up.ticks() + f64::from(number) * self.period
+        libm::round(self.run_up.ticks()) + f64::from(number) * self.period
+    }
+
+    /// When it leaves it.
+    fn line_ends(&self, number: u32) -> f64 {
+        self.line_begins(number) + self.straight
     }
 
     fn is_back(&self, number: u32) -> bool {

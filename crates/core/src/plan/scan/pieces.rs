@@ -16,10 +16,11 @@ pub struct Pieces {
     section: Section,
 }
 
-/// What both axes do from a time on, ticks.
+/// What both axes do from a time on until another, ticks.
 #[derive(Clone, Debug, Default)]
 struct Section {
     begins: f64,
+    ends: f64,
     axes: [Course; 2],
 }
 
@@ -53,7 +54,7 @@ impl ScanPlan {
 
     fn run_up(&self) -> Section {
         let start = State { position: self.starts(), ..State::default() };
-        self.resting(0.0, 0, start, &self.run_up.phases())
+        self.resting([0.0, self.line_begins(0)], 0, start, &self.run_up.phases())
     }
 
     fn straight(&self, line: u32) -> Section {
@@ -61,12 +62,12 @@ impl ScanPlan {
         let speed = self.direction(line) * self.scan.speed;
         let position = enters.pm() as f64 - f64::from(self.scan.settle) * speed;
         let cruise = Phase { ticks: self.straight, jerk: 0.0 };
-        self.resting(self.line_begins(line), line, State { position, speed, acceleration: 0.0 }, &[cruise])
+        let times = [self.line_begins(line), self.line_ends(line)];
+        self.resting(times, line, State { position, speed, acceleration: 0.0 }, &[cruise])
     }
 
     fn stop(&self, line: u32) -> Section {
-        let begins = self.line_begins(line) + self.straight;
-        self.resting(begins, line, self.leaving(line), &self.stop.phases())
+        self.resting([self.line_ends(line), self.ends()], line, self.leaving(line), &self.stop.phases())
     }
 
     /// Both axes at once.
@@ -79,8 +80,8 @@ impl ScanPlan {
             ticks: phase.ticks * longer,
             jerk: phase.jerk / (longer * longer * longer),
         };
-        let begins = self.line_begins(line) + self.straight;
-        Some(self.both(begins, line, self.leaving(line), &self.turn, soonest.phases().map(slower)))
+        let times = [self.line_ends(line), self.line_begins(ahead)];
+        Some(self.both(times, line, self.leaving(line), &self.turn, soonest.phases().map(slower)))
     }
 
     /// At the end of a line.
@@ -94,12 +95,19 @@ impl ScanPlan {
     }
 
     /// The fast axis alone.
-    fn resting(&self, begins: f64, line: u32, state: State, phases: &[Phase]) -> Section {
-        self.both(begins, line, state, phases, [Phase::default(); 7])
+    fn resting(&self, times: [f64; 2], line: u32, state: State, phases: &[Phase]) -> Section {
+        self.both(times, line, state, phases, [Phase::default(); 7])
     }
 
     /// Phases of the fast axis, as of a line in the positive direction, and those of the slow one from its line on.
-    fn both(&self, begins: f64, line: u32, state: State, phases: &[Phase], across: [Phase; 7]) -> Section {
+    fn both(
+        &self,
+        times: [f64; 2],
+        line: u32,
+        state: State,
+        phases: &[Phase],
+        across: [Phase; 7],
+    ) -> Section {
         let direction = self.direction(line);
         let mut fast = Course { state, ..Course::default() };
         for (own, phase) in fast.phases.iter_mut().zip(phases) {
@@ -111,7 +119,8 @@ impl ScanPlan {
             Axis::X => [fast, slow],
             Axis::Y => [slow, fast],
         };
-        Section { begins, axes }
+        let [begins, ends] = times;
+        Section { begins, ends, axes }
     }
 
     /// The end, after all sections.
@@ -168,7 +177,8 @@ impl Iterator for Section {
             [x, y] => x.or(y)?,
         };
         let begins = self.begins;
-        self.begins += length;
+        // Not beyond by what was rounded: that might be a tick beyond.
+        self.begins = self.ends.min(begins + length);
         let [x, y] = self.axes.each_mut().map(|course| course.go(begins, length));
         Some(x.zip(y).map(Piece::from))
     }
