@@ -16,6 +16,7 @@ use abbe_core::command::axis_name;
 use abbe_core::compensate::{ErrorMap, MapError};
 use abbe_core::design::StageSettings;
 use abbe_core::edge::StepRate;
+use abbe_core::front::compare::{Counted, Fired, Places, PlacesError, Sampled, When};
 use abbe_core::front::quadrature::{FilterError, filter_for, levels};
 use abbe_core::front::{Decode, DecoderWords, QuadratureCounter, Runs, Setup, StepEmitter, emitter};
 use abbe_core::machine::{Event, State, transition};
@@ -25,6 +26,7 @@ use abbe_core::plan::compare::{Arc, Axis, Circle, CircleError, Line, Step, TooFa
 use abbe_core::plan::corner::Corner;
 use abbe_core::plan::curve::{self, Curve};
 use abbe_core::plan::pieces::{Along, Piece};
+use abbe_core::plan::scan::{Lines, Order, Scan, ScanError};
 use abbe_core::plan::steps::{Steps, Stride, Walker};
 use abbe_core::plan::transfer::{Infeasible, State as Motion, Transfer, together};
 use abbe_core::plan::{Limits, LinePlan};
@@ -51,6 +53,7 @@ fn every_public_entry() {
     point_by_point();
     plans();
     front();
+    compared();
     words();
     programs();
 }
@@ -189,6 +192,7 @@ fn plans() {
     }
     curves(&limits);
     chained(&limits);
+    scans(&limits);
 }
 
 fn steps(motion: &Transfer) {
@@ -239,6 +243,30 @@ fn chained(limits: &Limits) {
         black_box(corner.pieces(black_box(0.0)));
     }
     _ = black_box(chain::walk(black_box(&places), &manner, corners, |piece| walk_piece(Some(piece))));
+}
+
+fn scans(limits: &Limits) {
+    for (lines, order) in
+        black_box([(Lines::Number(2), Order::Serpentine), (Lines::Pitch(Pos::ZERO), Order::FlyBack)])
+    {
+        let corners = black_box([[Pos::ZERO; 2]; 2]);
+        let scan = black_box(Scan { corners, fast: Axis::X, lines, order, speed: 1.0, settle: 1 });
+        let plan = match scan.plan(&[*limits; 2]) {
+            Ok(plan) => black_box(plan),
+            Err(error) => {
+                _ = write!(Nowhere, "{}", black_box::<ScanError>(error));
+                continue;
+            }
+        };
+        black_box((plan.ticks(), plan.lines(), plan.start(), plan.end(), plan.room(), plan.extent()));
+        black_box(plan.line(black_box(0)));
+        if let Err(error) = plan.fits(&corners) {
+            _ = write!(Nowhere, "{}", black_box(error));
+        }
+        for piece in plan.pieces() {
+            walk_piece(black_box(piece));
+        }
+    }
 }
 
 fn too_far(error: &TooFar) {
@@ -295,6 +323,24 @@ fn front() {
     black_box(words.as_slice());
     let mut decoder = black_box(DecoderWords::new(black_box(1)));
     black_box(decoder.read(black_box(2), black_box(&[3, 4]), black_box(true)));
+}
+
+fn compared() {
+    let places = black_box(Places { first: 0, pitch: 1, number: 1, when: When::Both, play: 0 });
+    let told = |fired: &Fired| _ = black_box((fired.as_slice(), fired.lost));
+    match Counted::new(places, black_box(0), black_box(0)) {
+        Ok(counted) => {
+            let mut counted = black_box(counted);
+            told(&counted.count(black_box(1), black_box(2)));
+            let mut decoder = black_box(QuadratureCounter::new(black_box(3), black_box(false), false));
+            counted.follow(&mut decoder, black_box(4), told);
+            black_box((decoder.due(), decoder.counter()));
+        }
+        Err(error) => _ = write!(Nowhere, "{}", black_box::<PlacesError>(error)),
+    }
+    if let Ok(sampled) = Sampled::new(places, black_box(0), black_box(Pos::ZERO)) {
+        told(&black_box(sampled).sample(black_box(1), black_box(Pos::ZERO)));
+    }
 }
 
 fn programs() {
