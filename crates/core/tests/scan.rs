@@ -7,7 +7,7 @@ use abbe_core::plan::Limits;
 use abbe_core::plan::compare::Axis;
 use abbe_core::plan::curve::Place;
 use abbe_core::plan::pieces::Piece;
-use abbe_core::plan::scan::{Lines, Order, Scan, ScanError, ScanPlan};
+use abbe_core::plan::scan::{Line, Lines, Order, Scan, ScanError, ScanPlan};
 use abbe_core::plan::transfer::{State, Transfer};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -191,15 +191,10 @@ fn random_scans_keep_all_that_they_promise() {
 }
 
 /// Ticks from the end of a line to the next, by the planner for any two states.
-fn soonest(
-    scan: &Scan,
-    limits: &Limits,
-    ahead: abbe_core::plan::scan::Line,
-    line: abbe_core::plan::scan::Line,
-) -> f64 {
+fn soonest(scan: &Scan, limits: &Limits, ahead: Line, line: Line) -> f64 {
     let fast = scan.fast.index();
     let [from, to] = [line.to[fast], ahead.from[fast]].map(|pos| pos.pm() as f64);
-    let way = |line: abbe_core::plan::scan::Line| (line.to[fast] - line.from[fast]).pm().signum() as f64;
+    let way = |line: Line| (line.to[fast] - line.from[fast]).pm().signum() as f64;
     let (before, after) = (way(line) * scan.speed, way(ahead) * scan.speed);
     let settle = f64::from(scan.settle);
     let from = State { position: from, speed: before, acceleration: 0.0 };
@@ -251,7 +246,7 @@ fn no_turn_takes_a_tick_longer_than_the_soonest() {
 #[test]
 fn a_turn_on_the_way_is_sooner_than_a_stop() {
     println!(
-        "limits, line speed, pitch: turn, fly-back over 10 mm, stop and go; ms at 10 kHz without settling"
+        "limits, line speed, pitch: turn and its room, fly-back over 10 mm, stop and go; at 10 kHz, without settling"
     );
     for (name, limits, speed, pitch) in [
         ("microscope-100", STAGE, 20.0, 500.0),
@@ -275,13 +270,17 @@ fn a_turn_on_the_way_is_sooner_than_a_stop() {
             let [a, b] = [0, 1].map(|number| plan.line(number).expect("there are two"));
             f64::from(b.enters) - a.leaves
         });
+        let [_, room] = scan(Order::Serpentine).plan(&[limits; 2]).expect("it is possible").room();
         let rest = |position: f64| State { position, ..State::default() };
         let step = Transfer::fastest(rest(0.0), rest(pitch * 1e6), &limits).expect("it is possible").ticks();
         let moving = State { speed: speed * 1e5, ..State::default() };
         let stop = Transfer::stop(moving, &limits).expect("it is possible").ticks();
         let stop_and_go = 2.0 * stop + step;
         let [turn, fly_back, stop_and_go] = [turn, fly_back, stop_and_go].map(|ticks| ticks / 10.0);
-        println!("{name}, {speed} mm/s, {pitch} µm: {turn:.1}, {fly_back:.1}, {stop_and_go:.1}");
+        println!(
+            "{name}, {speed} mm/s, {pitch} µm: {turn:.1} ms, {:.3} mm, {fly_back:.1} ms, {stop_and_go:.1} ms",
+            room.mm()
+        );
         assert!(turn < 0.8 * stop_and_go);
     }
 }
