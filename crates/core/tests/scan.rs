@@ -99,21 +99,16 @@ fn assert_line(scan: &Scan, plan: &ScanPlan, number: u32, path: &[Place], within
     assert_eq!((line.from[fast], line.to[fast]), (from, to));
     // Where it lies, by whole numbers.
     let [first, last] = scan.corners.map(|corner| i128::from(corner[slow].pm()));
-    let n = i128::from(number);
-    let twice_off = match scan.lines {
-        Lines::Number(1) => 2 * (i128::from(line.from[slow].pm()) - first),
+    let (row, n) = (i128::from(line.from[slow].pm()), i128::from(number));
+    let (way, pitches) = match scan.lines {
         Lines::Number(lines) => {
-            let pitches = i128::from(lines - 1);
             assert_eq!(plan.lines(), lines);
-            (2 * (i128::from(line.from[slow].pm()) - first) * pitches - 2 * (last - first) * n) / pitches
+            ((last - first) * n, i128::from(lines - 1).max(1))
         }
-        Lines::Pitch(pitch) => {
-            2 * (i128::from(line.from[slow].pm())
-                - first
-                - (last - first).signum() * n * i128::from(pitch.pm()))
-        }
+        Lines::Pitch(pitch) => ((last - first).signum() * n * i128::from(pitch.pm()), 1),
     };
-    assert!(twice_off.abs() <= 1, "{twice_off} {scan:?}");
+    // Rounded to the nearest picometre.
+    assert!(2 * ((row - first) * pitches - way).abs() <= pitches, "{row} {scan:?}");
     assert_eq!(line.from[slow], line.to[slow]);
     // Straight and at constant speed, from the settling on.
     let direction = (to - from).pm().signum() as f64;
