@@ -267,9 +267,7 @@ fn whatever_is_asked_of_it_moves_within_its_limits() {
     for _ in 0..40 {
         let mut bench = Bench::homed();
         for _ in 0..12 {
-            let to = || [(); 2].map(|()| 1.0);
-            let mut place = to();
-            place.iter_mut().for_each(|at| *at = random.random_range(1.0..20.0));
+            let place = [(); 2].map(|()| random.random_range(1.0..20.0));
             let command = match random.random_range(0..9) {
                 0 | 1 => Command::MoveTo(mm(place[0], place[1])),
                 2 => Command::MoveBy(mm(0.01 * place[0], -0.01 * place[1])),

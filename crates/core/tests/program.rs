@@ -185,8 +185,9 @@ fn any_program(random: &mut Pcg64Mcg, count: usize) -> ([Pos; 2], Vec<Segment>, 
         let segment =
             Segment { shape, to, feed: Feed::from_pm(feed), tolerance: Pos::from_pm(tolerance as i64) };
         if let Some(curve) = segment.curve(at) {
-            (at, _) = (to, segments.push(segment));
+            segments.push(segment);
             curves.push(curve);
+            at = to;
         }
     }
     (from, segments, curves)
@@ -272,7 +273,7 @@ fn programs_are_held_and_hurried_within_limits_and_on_their_path() {
         }
         tick.program.go_on();
         tick.cut(None);
-        while let Some(segment) = waiting.next() {
+        for segment in waiting {
             tick.make_room();
             tick.program.take(segment).expect("it is one");
         }

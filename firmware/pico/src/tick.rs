@@ -110,8 +110,9 @@ impl Tick {
         if self.queues.answers.ready()
             && let Some(command) = self.queues.commands.dequeue()
         {
+            let answer = self.command(command);
             // There is room: it was looked for before, and nobody else writes.
-            _ = self.queues.answers.enqueue(self.command(command));
+            _ = self.queues.answers.enqueue(answer);
             self.counts.commands = self.counts.commands.wrapping_add(1);
         }
     }

@@ -18,6 +18,7 @@ pub struct Planner {
     told: Told,
 }
 
+#[allow(clippy::large_enum_variant, reason = "there is no other place for it")]
 #[derive(Clone, Debug, Default)]
 enum Work {
     #[default]

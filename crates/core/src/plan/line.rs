@@ -62,7 +62,7 @@ impl<const N: usize> LinePlan<N> {
         let at = if ticks < self.ticks() { self.at(walk.way) } else { self.to };
         let mut states = [State::default(); N];
         for ((state, at), gain) in states.iter_mut().zip(at).zip(self.gain) {
-            let unit = libm::ldexp(gain as f64, -self.shift.cast_signed());
+            let unit = libm::ldexp(gain as f64, self.shift.cast_signed().saturating_neg());
             *state = State { position: at.pm() as f64, speed: unit * speed, acceleration: unit * now };
         }
         states

@@ -69,7 +69,7 @@ impl Along {
 }
 
 /// The pieces of a motion, in their order.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Pieces {
     along: Along,
     /// Of the motion; 7 is its end, 8 is beyond.
@@ -143,6 +143,7 @@ impl Pieces {
     }
 
     /// The next piece, but for the end.
+    #[allow(clippy::option_option, reason = "an item of this iterator")]
     pub(super) fn next_of_motion(&mut self) -> Option<Option<Piece>> {
         while let Some(phase) = self.along.motion.phases().get(self.phase) {
             if phase.ticks > 0.0 {

@@ -191,7 +191,7 @@ impl Walker {
     fn difference(&self, number: usize) -> f64 {
         let fixed = self.differences.get(number).copied().unwrap_or(0);
         let bits = BITS.get(number).copied().unwrap_or(0);
-        libm::ldexp(fixed as f64, -bits.cast_signed())
+        libm::ldexp(fixed as f64, bits.cast_signed().saturating_neg())
     }
 
     /// All of it.

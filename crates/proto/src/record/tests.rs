@@ -510,11 +510,10 @@ fn recorded_run() -> (Vec<u8>, Status<2>, u32) {
     let ticks = 72_500;
     for tick in 0..ticks {
         let asked = match tick {
-            10 => Some(Event::Command(Command::Home)),
+            10 | 45_200 => Some(Event::Command(Command::Home)),
             45_000 => Some(Event::Map { axis: 1, map: Some(&map) }),
             45_010 => Some(Event::Command(Command::MoveTo([Pos::from_mm(3.0), Pos::from_mm(7.0)]))),
             45_100 => Some(Event::Command(Command::MoveTo([Pos::from_mm(1.0); 2]))),
-            45_200 => Some(Event::Command(Command::Home)),
             55_000 => Some(Event::Command(Command::Go(Segment {
                 to: [Pos::from_mm(2.0); 2],
                 feed: Feed::RAPID,

@@ -72,7 +72,7 @@ impl Sine {
         for (ahead, left) in [(x, -y), (y, x)] {
             let cos = -ahead / (left * steep);
             // Else it never turns back; along the axis this is infinite.
-            if !(cos.abs() <= 1.0) {
+            if cos.abs() > 1.0 || cos.is_nan() {
                 continue;
             }
             for angle in [libm::acos(cos), -libm::acos(cos)] {

@@ -32,7 +32,8 @@ impl Default for Part {
 }
 
 /// How far a part is laid out.
-#[derive(Clone, Copy, Debug, Default)]
+#[allow(clippy::large_enum_variant, reason = "there is no other place for it")]
+#[derive(Clone, Debug, Default)]
 pub(super) enum Laying {
     #[default]
     Nothing,
