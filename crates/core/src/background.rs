@@ -62,6 +62,8 @@ pub struct Asked<const N: usize> {
     pub revision: u32,
     /// It is to rest.
     pub rest: bool,
+    /// It is to stop, and nothing of it is wanted any more.
+    pub stop: bool,
     /// Percent of its feeds.
     pub percent: u16,
     /// Limits of each axis.

@@ -1,7 +1,9 @@
 //! What can be asked of the controller, and how it answers.
 
+use crate::front::compare::{Places, PlacesError};
 use crate::machine::State;
 use crate::plan::Segment;
+use crate::plan::scan::ScanError;
 use crate::publish::Fault;
 use crate::units::{InMm, Pos};
 use core::fmt;
@@ -30,10 +32,24 @@ pub enum Command<const N: usize> {
     Resume,
     /// Goes through programs at so many percent of their feeds, 1 … 200, within the limits; rapids up to 100.
     FeedRate(u16),
+    /// Compares the measured position of an axis, stage frame, with these places, pm, from now on, or no longer:
+    /// whenever one is passed, the trigger output is on for a tick, and
+    /// [`fired`](crate::Controller::fired) tells when within it. Homing and another error map end it.
+    Compare(Option<Compare>),
     /// Brakes on the path and holds.
     Stop,
     /// Leaves a fault; the drives stay off.
     Reset,
+}
+
+/// What is compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Compare {
+    /// Which axis.
+    pub axis: usize,
+    /// With which places, pm.
+    pub places: Places,
 }
 
 /// A request was taken.
@@ -60,6 +76,12 @@ pub enum Refusal {
     QueueFull,
     /// A segment has no such shape: an arc without radius or with two, a sine without amplitude, period or way.
     NoCurve,
+    /// A scan that cannot be.
+    NoScan(ScanError),
+    /// A scan begins elsewhere, there.
+    ScanStart([Pos; 2]),
+    /// Places that cannot be compared with.
+    NoPlaces(PlacesError),
     /// A feed of nothing.
     NoFeed,
     /// Whoever plans for this controller plans no programs.
@@ -99,6 +121,11 @@ impl fmt::Display for Refusal {
                 f,
                 "there is no such curve; an arc needs its centre equally far from both ends, a sine amplitude, periods and a way"
             ),
+            Self::NoScan(why) => write!(f, "{why}"),
+            Self::ScanStart([x, y]) => {
+                write!(f, "the scan begins at {}, {} mm; go there first", InMm(*x), InMm(*y))
+            }
+            Self::NoPlaces(why) => write!(f, "{why}"),
             Self::NoFeed => write!(f, "the feed is zero; give one above"),
             Self::NoPlanner => write!(f, "this board goes through no programs; send single moves"),
             Self::NoProgram => write!(f, "no program runs that could be held or resumed"),

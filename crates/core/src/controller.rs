@@ -4,10 +4,11 @@ mod axis;
 mod program;
 
 use crate::background::{MoveRequest, PLAN_MISSING_TICKS};
-use crate::command::{Accepted, Command, Refusal};
+use crate::command::{Accepted, Command, Compare, Refusal};
 use crate::compensate::ErrorMap;
 use crate::design::Config;
 use crate::edge::{AxisOutputs, Inputs, Outputs};
+use crate::front::compare::{Fired, Sampled};
 use crate::guard;
 use crate::machine::{Event, State, Stop, transition};
 use crate::plan::steps::SetPoint;
@@ -62,6 +63,9 @@ pub struct Controller<const N: usize> {
     #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     heads: [Option<Head>; N],
     has_heads: bool,
+    /// What is compared, of which axis, and what it has fired in the last tick.
+    compare: Option<(usize, Sampled)>,
+    fired: Fired,
 }
 
 impl<const N: usize> Controller<N> {
@@ -81,6 +85,8 @@ impl<const N: usize> Controller<N> {
             last_tick: None,
             published: [AxisStatus::default(); N],
             heads: config.axes.map(|axis| axis.sense.head.map(|head| Head::new(&head))),
+            compare: None,
+            fired: Fired::default(),
             has_heads: config.axes.iter().any(|axis| axis.sense.head.is_some()),
         }
     }
@@ -104,8 +110,11 @@ impl<const N: usize> Controller<N> {
         let stage = self.plan(inputs.tick);
         self.compensate(&stage);
         let speeds = self.servo();
-        let outputs = self.drive(&speeds);
+        let mut outputs = self.drive(&speeds);
         self.publish();
+        if self.compare.is_some() {
+            outputs.trigger = self.compare_position(inputs.tick);
+        }
         outputs
     }
 
@@ -127,6 +136,7 @@ impl<const N: usize> Controller<N> {
             Command::MoveTo(to) => self.begin_move(to)?,
             Command::MoveBy(way) => self.begin_move(self.beyond_target(&way))?,
             Command::Go(segment) => self.go(&segment)?,
+            Command::Compare(compare) => self.arm(compare)?,
             Command::Hold => self.hold_program(true)?,
             Command::Resume => self.hold_program(false)?,
             Command::FeedRate(percent) => self.set_feed_rate(percent)?,
@@ -166,6 +176,11 @@ impl<const N: usize> Controller<N> {
         self.path.set_points()
     }
 
+    /// Which places the measured position has passed between the last two ticks, with the times in ticks.
+    pub fn fired(&self) -> &Fired {
+        &self.fired
+    }
+
     /// Limits, window and rates in use.
     pub fn config(&self) -> &Config<N> {
         &self.config
@@ -182,6 +197,7 @@ impl<const N: usize> Controller<N> {
         let axis = self.axes.get_mut(axis).ok_or(Refusal::NoSuchAxis(axis))?;
         axis.map = map;
         axis.find_ends();
+        self.disarm();
         if self.state == State::Ready {
             // The table stays; the place where it stands gets its true name.
             self.hold_set_point();
@@ -417,6 +433,7 @@ impl<const N: usize> Controller<N> {
     }
 
     fn begin_homing(&mut self, was_on: bool) {
+        self.disarm();
         for axis in &mut self.axes {
             axis.begin_homing(was_on);
         }
@@ -624,6 +641,31 @@ impl<const N: usize> Controller<N> {
         if self.has_heads {
             self.publish_signals();
         }
+    }
+
+    fn arm(&mut self, compare: Option<Compare>) -> Result<(), Refusal> {
+        self.disarm();
+        if let Some(Compare { axis, places }) = compare {
+            let position = self.published.get(axis).ok_or(Refusal::NoSuchAxis(axis))?.position;
+            let tick = self.last_tick.unwrap_or(0);
+            let armed = Sampled::new(places, tick, position).map_err(Refusal::NoPlaces)?;
+            self.compare = Some((axis, armed));
+        }
+        Ok(())
+    }
+
+    fn disarm(&mut self) {
+        self.compare = None;
+        self.fired = Fired::default();
+    }
+
+    /// Whether the position that was just published has passed a place.
+    #[inline(never)]
+    fn compare_position(&mut self, tick: u32) -> bool {
+        let Some((axis, armed)) = &mut self.compare else { return false };
+        let position = self.published.get(*axis).map_or(Pos::ZERO, |axis| axis.position);
+        self.fired = armed.sample(tick, position);
+        !self.fired.as_slice().is_empty()
     }
 
     /// Once in a block of samples: to tell a grade in numbers takes divisions.

@@ -223,7 +223,7 @@ pub struct Outputs<const N: usize> {
     pub axes: [AxisOutputs; N],
     /// Counter value of axis 0 at which the front end fires the camera, if armed. Never armed by this version.
     pub compare: Option<u32>,
-    /// The trigger output. Never on in this version.
+    /// The trigger output: a place of position compare was passed.
     pub trigger: bool,
     /// Key matrix row to select, one bit each. Always 0 in this version.
     pub key_row: u8,

@@ -107,6 +107,10 @@ fn next_of_program(
     controller: &Controller<2>,
     told: Told,
 ) -> Result<Option<Batch<2>>, Infeasible> {
+    if asked.stop && program.is_scanning(asked.now.wrapping_add(PLANNING_TICKS)) {
+        // There is no path on which a scan could stop at once: the controller does it without.
+        return Ok(None);
+    }
     let mut batch = Batch { number: asked.number, revision: asked.revision, ..Batch::default() };
     while let Some(segment) = controller.segment(usize::from(batch.took)).filter(|_| program.has_room()) {
         program.take(segment)?;

@@ -4,7 +4,9 @@ use super::Controller;
 use crate::background::{Asked, PLANNING_TICKS, TurnRequest};
 use crate::command::Refusal;
 use crate::machine::{Event, State};
+use crate::plan::Limits;
 use crate::plan::ring::Ring;
+use crate::plan::scan::Scan;
 use crate::plan::segment::{Feed, Segment, rounded};
 use crate::plan::span::{Batch, has_come};
 use crate::units::Pos;
@@ -90,6 +92,7 @@ impl<const N: usize> Controller<N> {
             at: self.path.set_point(),
             revision: self.program.revision,
             rest: self.program.held || self.state == State::Stopping,
+            stop: self.state == State::Stopping,
             percent: self.program.percent,
             limits: self.config.axes.map(|axis| axis.limits),
             room: self.path.room(),
@@ -180,6 +183,9 @@ impl<const N: usize> Controller<N> {
         }
         // A stage of one axis has no plane, and one of three goes in its first two.
         let from = self.target.first_chunk().ok_or(Refusal::NoSuchAxis(1))?;
+        if let Some(scan) = segment.scan() {
+            return self.check_scan(&scan, segment, from);
+        }
         self.check_plane(&segment.to)?;
         let curve = segment.curve(*from).ok_or(Refusal::NoCurve)?;
         let mut within = Ok(());
@@ -189,6 +195,21 @@ impl<const N: usize> Controller<N> {
             }
         });
         within
+    }
+
+    fn check_scan(&self, scan: &Scan, segment: &Segment, from: &[Pos; 2]) -> Result<(), Refusal> {
+        let mut limits = [Limits::default(); 2];
+        for (limits, axis) in limits.iter_mut().zip(&self.config.axes) {
+            *limits = axis.limits;
+        }
+        let plan = scan.plan(&limits).map_err(Refusal::NoScan)?;
+        for corner in plan.extent() {
+            self.check_plane(&corner)?;
+        }
+        if plan.start() != *from {
+            return Err(Refusal::ScanStart(plan.start()));
+        }
+        if plan.end() == segment.to { Ok(()) } else { Err(Refusal::NoCurve) }
     }
 
     /// A place of x and y, within the travel.

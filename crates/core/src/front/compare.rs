@@ -63,6 +63,7 @@ pub struct Places {
 
 /// What cannot be compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum PlacesError {
     /// There is none.
     NoPlace,
@@ -108,6 +109,7 @@ pub struct Event {
 
 /// What one call has fired, in the order of time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use = "events are told once"]
 pub struct Fired {
     events: [Event; MOST],

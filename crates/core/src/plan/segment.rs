@@ -1,6 +1,9 @@
 //! What a program asks for, one after the other: a shape, how fast, and how near to its end.
 
+use super::compare::Axis;
 use super::curve::{Arc, Curve, Place, Sine};
+use super::profile::Limits;
+use super::scan::{Lines, Order, Scan, ScanError};
 use crate::units::Pos;
 
 /// A speed along a path: pm a tick, with 16 fractional bits.
@@ -46,6 +49,20 @@ pub enum Shape {
         /// At which it begins, billionths of a degree.
         phase: i64,
     },
+    /// Line by line over an area, at the segment's feed: see [`Scan`]. It begins where its plan says, at rest, and is gone
+    /// through as it is: no feed rate changes it, and a hold comes behind it.
+    Scan {
+        /// Where the first line enters the area, and the corner across.
+        corners: [[Pos; 2]; 2],
+        /// Along which axis the lines run.
+        fast: Axis,
+        /// How many of them.
+        lines: Lines,
+        /// In which direction.
+        order: Order,
+        /// Ticks at constant speed before a line enters the area.
+        settle: u32,
+    },
 }
 
 /// A part of a program's path, in the stage frame; it begins where the one before ends.
@@ -63,8 +80,27 @@ pub struct Segment {
 }
 
 impl Segment {
+    /// A scan, from the start of its plan to its end.
+    ///
+    /// # Errors
+    /// As of [`Scan::plan`].
+    pub fn scanning(scan: &Scan, axes: &[Limits; 2]) -> Result<Self, ScanError> {
+        let Scan { corners, fast, lines, order, speed, settle } = *scan;
+        let shape = Shape::Scan { corners, fast, lines, order, settle };
+        // What it will be gone through with: the feed is rounded.
+        let mut segment = Self { shape, feed: Feed::from_pm(speed), ..Self::default() };
+        segment.to = segment.scan().ok_or(ScanError::NoNumber)?.plan(axes)?.end();
+        Ok(segment)
+    }
+
+    /// The scan that it is, if it is one.
+    pub fn scan(&self) -> Option<Scan> {
+        let Shape::Scan { corners, fast, lines, order, settle } = self.shape else { return None };
+        Some(Scan { corners, fast, lines, order, speed: self.feed.pm(), settle })
+    }
+
     /// Its curve from a place. None if there is no such curve: an arc about one of its ends, or one whose ends are not
-    /// about equally far from the centre; a sine without amplitude, period or way.
+    /// about equally far from the centre; a sine without amplitude, period or way; a scan.
     pub fn curve(&self, from: [Pos; 2]) -> Option<Curve> {
         let (from, to) = (place(from), place(self.to));
         match self.shape {
@@ -76,6 +112,7 @@ impl Segment {
                 let phase = phase as f64 / 1e9 * (core::f64::consts::PI / 180.0);
                 Sine::new(from, to, amplitude.pm() as f64, periods, phase).map(Curve::Sine)
             }
+            Shape::Scan { .. } => None,
         }
     }
 }

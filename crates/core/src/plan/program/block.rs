@@ -4,6 +4,8 @@ use super::super::chain::{Line, worth_it};
 use super::super::corner::Corner;
 use super::super::curve::{Curve, Place};
 use super::super::profile::Limits;
+use super::super::scan::ScanPlan;
+use super::super::segment::place;
 
 /// A segment of a program's path.
 #[derive(Clone, Copy, Debug, Default)]
@@ -17,6 +19,8 @@ pub(super) struct Block {
     pub(super) limits: Limits,
     /// How the corner at its end can be passed at most; at rest where no line follows.
     pub(super) corner: Corner,
+    /// It is a scan, and no curve.
+    pub(super) scan: Option<ScanPlan>,
 }
 
 impl Block {
@@ -33,8 +37,17 @@ impl Block {
         (block.limits.are_numbers() && tolerance >= 0.0).then_some(block)
     }
 
+    /// A scan: the curve leads straight to its end.
+    pub(super) fn scan(plan: ScanPlan) -> Self {
+        let curve = Curve::Line { from: place(plan.start()), to: place(plan.end()) };
+        Self { curve, scan: Some(plan), ..Self::default() }
+    }
+
     /// Takes another part of the feed: of a rapid, of what the axes can go.
     pub(super) fn limit(&mut self, axes: &[Limits; 2], rate: f64) {
+        if self.scan.is_some() {
+            return;
+        }
         let top = if self.feed.is_finite() { self.feed } else { self.curve.limits(axes, f64::MAX).speed };
         self.limits = self.curve.limits(axes, top * rate);
     }
@@ -43,7 +56,7 @@ impl Block {
     pub(super) fn meet(&mut self, next: &Self, axes: &[Limits; 2]) {
         self.corner = Corner::default();
         let (Curve::Line { from, to: at }, Curve::Line { to, .. }) = (self.curve, next.curve) else { return };
-        if self.tolerance > 0.0 {
+        if self.tolerance > 0.0 && next.scan.is_none() {
             let lines = [self.line(), next.line()];
             let room = lines[0].length.min(lines[1].length) / 2.0;
             let feed = self.limits.speed.min(next.limits.speed);

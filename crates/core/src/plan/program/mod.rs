@@ -18,6 +18,7 @@ use super::curve::Place;
 use super::pieces::Piece;
 use super::profile::Limits;
 use super::ring::Ring;
+use super::scan::Scan;
 use super::segment::{Segment, place};
 use super::span::{Span, Until};
 use super::transfer::{Infeasible, State};
@@ -91,6 +92,9 @@ impl Program {
     /// # Errors
     /// It is no curve, there is no room, or its feed is not above zero.
     pub fn take(&mut self, segment: &Segment) -> Result<(), Infeasible> {
+        if let Some(scan) = segment.scan() {
+            return self.take_scan(&scan);
+        }
         let curve = segment.curve(self.ends).ok_or(Infeasible::NoNumber)?;
         let (feed, tolerance) = (segment.feed.pm(), segment.tolerance.pm() as f64);
         let block = Block::new(curve, feed, tolerance, &self.axes, self.rate).ok_or(Infeasible::NoNumber)?;
@@ -102,6 +106,23 @@ impl Program {
         }
         self.ends = segment.to;
         Ok(())
+    }
+
+    fn take_scan(&mut self, scan: &Scan) -> Result<(), Infeasible> {
+        let plan = scan.plan(&self.axes).map_err(|_| Infeasible::NoNumber)?;
+        if plan.start() != self.ends || !self.blocks.push(Block::scan(plan)) {
+            return Err(Infeasible::NoNumber);
+        }
+        self.ends = plan.end();
+        Ok(())
+    }
+
+    /// Whether it will be scanning at a tick: that can only be broken off.
+    pub fn is_scanning(&self, tick: u32) -> bool {
+        let time = self.since(tick);
+        self.parts
+            .iter()
+            .any(|part| matches!(part.what, What::Scan(_)) && (part.begins..part.ends).contains(&time))
     }
 
     /// Whether all is laid out up to a rest, and nothing is left to be decided.
@@ -185,6 +206,12 @@ impl Program {
             // At a tick, behind that of the rest, and not in the past.
             let rested = if self.parts.is_empty() { self.time } else { libm::ceil(self.time) + 1.0 };
             self.time = rested.max(self.since(now) + 2.0);
+        }
+        if let Some(plan) = self.blocks.get(self.next).and_then(|block| block.scan) {
+            self.append(What::Scan(plan), f64::from(plan.ticks()));
+            self.append(What::Rest(place(plan.end())), 0.0);
+            self.next = self.next.saturating_add(1);
+            return Ok(());
         }
         let decided = self.next_block(self.next, self.state).ok_or(Infeasible::End)?;
         for run in decided.runs.into_iter().flatten() {

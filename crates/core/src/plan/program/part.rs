@@ -3,6 +3,7 @@
 use super::super::corner::Corner;
 use super::super::curve::Place;
 use super::super::pieces::{Along, Piece, Pieces, rest};
+use super::super::scan::{self, ScanPlan};
 
 /// What a part is.
 #[derive(Clone, Copy, Debug)]
@@ -11,6 +12,8 @@ pub(super) enum What {
     Run(Along),
     /// Around the corner at its end.
     Round(Corner),
+    /// Line by line over an area.
+    Scan(ScanPlan),
     /// There.
     Rest(Place),
 }
@@ -38,6 +41,8 @@ pub(super) enum Laying {
     #[default]
     Nothing,
     Run(Pieces),
+    /// And the piece that comes next.
+    Scan(scan::Pieces, Option<Piece>),
     /// So many pieces of the corner.
     Round(usize),
     All,
@@ -62,6 +67,7 @@ impl Laying {
                 let piece = pieces.next_of_motion()?;
                 Some((piece, Some(if pieces.is_over() { part.ends } else { pieces.time() })))
             }
+            What::Scan(plan) => self.next_of_scan(part, &plan),
             What::Round(corner) => self.next_of_corner(part, &corner),
             What::Rest(at) => {
                 let is_new = matches!(self, Self::Nothing);
@@ -69,6 +75,24 @@ impl Laying {
                 is_new.then(|| (rest(part.begins, at), None))
             }
         }
+    }
+
+    /// But for its end: a rest comes behind it.
+    fn next_of_scan(&mut self, part: &Part, plan: &ScanPlan) -> Option<Laid> {
+        if let Self::Nothing = self {
+            let mut pieces = plan.pieces();
+            let first = pieces.next().flatten();
+            *self = Self::Scan(pieces, first);
+        }
+        let Self::Scan(pieces, next) = self else { return None };
+        let mut piece = (*next)?;
+        *next = pieces.next().flatten();
+        let [ahead, _] = (*next)?;
+        let until = part.begins + f64::from(ahead.first);
+        for leg in &mut piece {
+            leg.first = leg.first.saturating_add(part.begins as u32);
+        }
+        Some((Some(piece), Some(until)))
     }
 
     fn next_of_corner(&mut self, part: &Part, corner: &Corner) -> Option<Laid> {

@@ -4,7 +4,8 @@ use crate::command::axis_name;
 use crate::units::{InMm, Pos};
 
 /// Why an area cannot be scanned as asked.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ScanError {
     /// A limit or the line speed is not a number above zero.
     NoNumber,
@@ -15,14 +16,15 @@ pub enum ScanError {
     },
     /// There is no line, or two would lie in one place.
     NoPitch,
-    /// The line speed is above the limit of the fast axis; pm a tick.
+    /// The line speed is above the limit of the fast axis; pm a tick, whole: writing floats leaves panic paths in the
+    /// standard library.
     TooFast {
         /// The fast axis.
         axis: usize,
         /// What was asked for.
-        asked: f64,
+        asked: u64,
         /// Its limit.
-        limit: f64,
+        limit: u64,
     },
     /// It would take more than 2²⁷ ticks.
     TooLong,
@@ -53,13 +55,12 @@ impl core::fmt::Display for ScanError {
             Self::NoPitch => f.write_str(
                 "the scan has no line, or two in one place; give one line at least, and a pitch above zero",
             ),
-            // As whole numbers: writing floats leaves panic paths in the standard library.
             Self::TooFast { axis, asked, limit } => write!(
                 f,
                 "the line speed of {} pm a tick is above the limit of {}, {}; scan slower",
-                *asked as u64,
+                asked,
                 axis_name(*axis),
-                *limit as u64
+                limit
             ),
             Self::TooLong => {
                 f.write_str("the scan takes more than 134217728 ticks; scan faster, or in several parts")

@@ -110,7 +110,7 @@ impl Scan {
         }
         if self.speed > fast.speed {
             let axis = self.fast.index();
-            return Err(ScanError::TooFast { axis, asked: self.speed, limit: fast.speed });
+            return Err(ScanError::TooFast { axis, asked: self.speed as u64, limit: fast.speed as u64 });
         }
         let length = self.along(self.fast).pm();
         if length == 0 {
