@@ -179,6 +179,21 @@ fn a_motion_can_be_made_to_last() {
     assert!(as_long > 100 * longer, "{as_long} {longer}");
 }
 
+/// A picometre in a quarter of an hour: what three phases leave of an acceleration must not move it on.
+#[test]
+fn a_short_way_can_last_for_long() {
+    let limits = Limits { speed: 2000.0, acceleration: 3.8e6, jerk: 19_516.0 };
+    let from = State { position: -1.0, speed: -0.061, acceleration: -4968.2 };
+    let to = State { position: -2.0, speed: -1154.3, acceleration: -4485.7 };
+    let fastest = Transfer::fastest(from, to, &limits).expect("it is possible");
+    for wanted in [1e6, 1e7, 1e8] {
+        let lasting = fastest.lasting(&limits, wanted).expect("it is possible");
+        assert!((lasting.ticks() - wanted).abs() <= ROUNDED * wanted, "{}", lasting.ticks());
+        let before = lasting.at(wanted - 1.0);
+        assert!((before.position - to.position).abs() < 1e3, "{before:?}");
+    }
+}
+
 /// One axis has no way to go, a short one, or a long one, and takes as long as it is told.
 #[test]
 fn an_axis_without_a_way_waits_where_it_is() {

@@ -84,6 +84,9 @@ pub struct Transfer {
 const SLACK: f64 = 1e-11;
 /// The sums of its phases may miss the end by so much of the way: what rounding leaves.
 const MISSES: f64 = 1e-10;
+/// The phase of constant speed. What the ones before it leave of an acceleration is rounded, and would grow with the square
+/// of its time.
+const CRUISE: usize = 3;
 
 impl Transfer {
     /// The fastest motion between two states within limits.
@@ -184,7 +187,10 @@ impl Transfer {
     pub fn at(&self, ticks: f64) -> State {
         let mut state = self.from;
         let mut left = ticks.max(0.0);
-        for phase in self.phases {
+        for (number, phase) in self.phases.into_iter().enumerate() {
+            if number == CRUISE && phase.ticks > 0.0 {
+                state.acceleration = 0.0;
+            }
             if left < phase.ticks {
                 return state.after(left, phase.jerk);
             }
@@ -261,9 +267,9 @@ impl Scale {
         task: &Task,
         stretches: [Stretch; 7],
     ) -> Result<Transfer, Infeasible> {
-        let misses = (way(task.start, &stretches) - task.way).abs();
+        let misses = (way_of_all(task.start, &stretches) - task.way).abs();
         let whole = task.way.abs() + task.top * time(&stretches);
-        if misses <= MISSES * whole {
+        if misses <= MISSES * whole + task.blur {
             Ok(Transfer { from, to, phases: self.phases(stretches) })
         } else {
             Err(Infeasible::NoNumber)
@@ -386,6 +392,16 @@ fn way(from: Motion, phases: &[Stretch]) -> f64 {
         motion = motion.after(time, jerk);
     }
     way
+}
+
+/// The same of all seven.
+fn way_of_all(from: Motion, phases: &[Stretch; 7]) -> f64 {
+    let [a, b, c, cruise, e, f, g] = *phases;
+    let mut peak = [a, b, c].into_iter().fold(from, |motion, (time, jerk)| motion.after(time, jerk));
+    if cruise.0 > 0.0 {
+        peak.a = 0.0;
+    }
+    way(from, &[a, b, c]) + way(peak, &[cruise, e, f, g])
 }
 
 fn mirrored<const N: usize>(phases: [Stretch; N]) -> [Stretch; N] {
