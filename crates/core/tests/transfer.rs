@@ -111,6 +111,12 @@ fn what_cannot_be_done_is_said() {
     assert_eq!(plan(State { position: f64::NAN, ..rest }, rest), Err(Infeasible::NoNumber));
     let [far, farther] = [-f64::MAX, f64::MAX].map(|position| State { position, ..rest });
     assert_eq!(plan(far, farther), Err(Infeasible::NoNumber));
+    // It would take longer than numbers tell.
+    let crawl = Limits { speed: 1e-155, acceleration: 1e-3, jerk: 1e4 };
+    let far = State { position: 1e156, ..rest };
+    assert_eq!(Transfer::fastest(rest, far, &crawl), Err(Infeasible::NoNumber));
+    let moving = State { speed: 1e-156, ..far };
+    assert_eq!(Transfer::fastest(rest, moving, &crawl), Err(Infeasible::NoNumber));
     for limits in [
         Limits { jerk: 0.0, ..STAGE },
         Limits { speed: f64::INFINITY, ..STAGE },

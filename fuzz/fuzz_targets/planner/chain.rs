@@ -36,7 +36,8 @@ pub(crate) fn walked(bytes: &mut Bytes) {
     if ticks < walk::LONGEST {
         assert_eq!(path.last(), places.last(), "{}", case());
     }
-    for place in &path {
+    // All of them would take most of the time there is.
+    for place in path.iter().step_by(7) {
         let off = beside(&places, *place);
         assert!(off <= tolerance + 2.0, "{off} pm beside {}", case());
     }

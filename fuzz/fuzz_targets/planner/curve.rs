@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 const OFF: f64 = 15.0;
 
 /// Most pieces that are looked at: a sharp sine has millions, and none is different.
-const PIECES: usize = 1500;
+const PIECES: usize = 150;
 
 pub(crate) fn along(bytes: &mut Bytes) {
     match bytes.byte() % 3 {

@@ -7,7 +7,7 @@ use abbe_core::plan::steps::{Leg, Steps, Stride, Walker};
 use abbe_core::plan::transfer::{State, Transfer};
 
 /// Longer motions are judged by their closed form alone.
-pub(crate) const LONGEST: f64 = 20_000.0;
+pub(crate) const LONGEST: f64 = 8000.0;
 
 /// What fits a tick's integers: place, speed, acceleration and jerk, 2⁶³ without their fractional bits.
 const FITS: [f64; 4] = [549_755_813_888.0, 33_554_432.0, 131_072.0, 8192.0];

@@ -98,7 +98,7 @@ impl Transfer {
         let scale = Scale::of(limits)?;
         let task = scale.task(from, to, limits)?;
         if from.is_at_rest() && to.is_at_rest() {
-            return Ok(Self { from, to, phases: from_rest_to_rest(to.position - from.position, limits) });
+            return Self { from, to, phases: from_rest_to_rest(to.position - from.position, limits) }.told();
         }
         scale.motion(from, to, &task, task.fastest())
     }
@@ -116,7 +116,13 @@ impl Transfer {
         let [a, b, c] = cruise::change(start, 0.0);
         let phases = scale.phases([a, b, c, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)]);
         let position = from.position + scale.length * way(start, &[a, b, c]);
-        Ok(Self { from, to: State { position, ..State::default() }, phases })
+        Self { from, to: State { position, ..State::default() }, phases }.told()
+    }
+
+    /// Itself, if there are numbers for how long it takes and where it ends.
+    fn told(self) -> Result<Self, Infeasible> {
+        let is_told = self.ticks().is_finite() && self.to.position.is_finite();
+        if is_told { Ok(self) } else { Err(Infeasible::NoNumber) }
     }
 
     /// Of the fastest motion: one between the same states that takes just so long, or else the shortest that this finds which
@@ -270,7 +276,7 @@ impl Scale {
         let misses = (way_of_all(task.start, &stretches) - task.way).abs();
         let whole = task.way.abs() + task.top * time(&stretches);
         if misses <= MISSES * whole + task.blur {
-            Ok(Transfer { from, to, phases: self.phases(stretches) })
+            Transfer { from, to, phases: self.phases(stretches) }.told()
         } else {
             Err(Infeasible::NoNumber)
         }
