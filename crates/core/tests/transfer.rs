@@ -117,6 +117,12 @@ fn what_cannot_be_done_is_said() {
     assert_eq!(Transfer::fastest(rest, far, &crawl), Err(Infeasible::NoNumber));
     let moving = State { speed: 1e-156, ..far };
     assert_eq!(Transfer::fastest(rest, moving, &crawl), Err(Infeasible::NoNumber));
+    // Products of such limits are zero.
+    let least = Limits { speed: 4.6823e-320, acceleration: 1.8e-284, jerk: 1.8e-284 };
+    assert_eq!(
+        Transfer::fastest(State { position: 7e-309, ..rest }, rest, &least),
+        Err(Infeasible::NoNumber)
+    );
     for limits in [
         Limits { jerk: 0.0, ..STAGE },
         Limits { speed: f64::INFINITY, ..STAGE },

@@ -58,7 +58,7 @@ fn pairs(bytes: &mut Bytes) {
     let [from, to] = [(); 2].map(|()| [(); 2].map(|()| state(bytes)));
     match together(&from, &to, &limits) {
         Ok(motions) => {
-            motions.iter().zip(&limits).for_each(|(motion, limits)| assert_numbers(motion, limits))
+            motions.iter().zip(&limits).for_each(|(motion, limits)| assert_numbers(motion, limits));
         }
         Err((axis, why)) => assert_reason(why, from[axis], to[axis], &limits[axis]),
     }
@@ -102,7 +102,7 @@ fn curves(bytes: &mut Bytes) {
     let periods = u32::from(bytes.byte());
     let curves = [
         Some(Curve::Line { from, to }),
-        Arc::new(from, to, centre, bytes.byte() % 2 == 0).map(Curve::Arc),
+        Arc::new(from, to, centre, bytes.byte().is_multiple_of(2)).map(Curve::Arc),
         Sine::new(from, to, amplitude, periods, phase).map(Curve::Sine),
     ];
     let (axes, feed) = ([(); 2].map(|()| limits(bytes)), bytes.any());

@@ -14,7 +14,7 @@ const LINES: u8 = 24;
 pub(crate) fn walked(bytes: &mut Bytes) {
     let axes = [(); 2].map(|()| bytes.limits(1.0));
     let feed = 2e6 * bytes.decades(-4.0, 1.0);
-    let tolerance = if bytes.byte() % 4 == 0 { 0.0 } else { bytes.decades(0.0, 9.0) };
+    let tolerance = if bytes.byte().is_multiple_of(4) { 0.0 } else { bytes.decades(0.0, 9.0) };
     let places = chain(bytes);
     let manner = Manner { axes, feed, tolerance };
     let case = || format!("{places:?} {manner:?}");

@@ -35,7 +35,7 @@ fn arc(bytes: &mut Bytes) {
     let (begins, sweep) = (TAU * bytes.part(), TAU * bytes.part());
     let from = on(begins, radius);
     let to = if sweep == 0.0 { from } else { on(begins + sweep, radius * widens) };
-    let Some(arc) = Arc::new(from, to, centre, bytes.byte() % 2 == 0) else {
+    let Some(arc) = Arc::new(from, to, centre, bytes.byte().is_multiple_of(2)) else {
         // Below a micrometre what is rounded of the places matters.
         assert!(radius < 1e6, "no arc: {from:?} {to:?} {centre:?}");
         return;

@@ -121,8 +121,12 @@ impl Transfer {
 
     /// Itself, if there are numbers for how long it takes and where it ends.
     fn told(self) -> Result<Self, Infeasible> {
-        let is_told = self.ticks().is_finite() && self.to.position.is_finite();
-        if is_told { Ok(self) } else { Err(Infeasible::NoNumber) }
+        let are_times = self.phases.iter().all(|phase| phase.ticks >= 0.0);
+        if are_times && self.ticks().is_finite() && self.to.position.is_finite() {
+            Ok(self)
+        } else {
+            Err(Infeasible::NoNumber)
+        }
     }
 
     /// Of the fastest motion: one between the same states that takes just so long, or else the shortest that this finds which
