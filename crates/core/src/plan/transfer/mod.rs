@@ -15,6 +15,7 @@
 
 mod cruise;
 mod family;
+mod motion;
 mod together;
 
 pub use together::together;
@@ -23,6 +24,7 @@ use super::profile::{Limits, durations};
 use super::root::{Point, root};
 use cruise::Cruise;
 use family::Family;
+use motion::{Motion, Stretch, mirrored, time, way, way_of_all};
 
 /// A state of motion along one line: picometres and ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -312,41 +314,6 @@ impl Scale {
     }
 }
 
-/// Speed and acceleration.
-#[derive(Clone, Copy, Debug)]
-struct Motion {
-    v: f64,
-    a: f64,
-}
-
-impl Motion {
-    /// The speed at which the acceleration has been taken back with full jerk.
-    fn settled(self) -> f64 {
-        self.v + self.a * self.a.abs() / 2.0
-    }
-
-    fn mirrored(self) -> Self {
-        Self { v: -self.v, a: -self.a }
-    }
-
-    /// Run backwards, and mirrored: it goes the same way.
-    fn reversed(self) -> Self {
-        Self { v: self.v, a: -self.a }
-    }
-
-    fn after(self, time: f64, jerk: f64) -> Self {
-        Self { v: self.v + time * (self.a + time / 2.0 * jerk), a: self.a + time * jerk }
-    }
-
-    fn is_within(self, top: f64) -> bool {
-        let room = 1.0 + SLACK;
-        self.a.abs() <= room && self.v.abs() <= top * room && self.settled().abs() <= top * room
-    }
-}
-
-/// A time and a jerk.
-type Stretch = (f64, f64);
-
 /// What is to be planned.
 #[derive(Clone, Copy, Debug)]
 struct Task {
@@ -392,32 +359,4 @@ impl Task {
     fn mirrored(&self) -> Self {
         Self { start: self.start.mirrored(), end: self.end.mirrored(), way: -self.way, ..*self }
     }
-}
-
-/// How far phases lead.
-fn way(from: Motion, phases: &[Stretch]) -> f64 {
-    let (mut way, mut motion) = (0.0, from);
-    for &(time, jerk) in phases {
-        way += time * (motion.v + time / 2.0 * (motion.a + time / 3.0 * jerk));
-        motion = motion.after(time, jerk);
-    }
-    way
-}
-
-/// The same of all seven.
-fn way_of_all(from: Motion, phases: &[Stretch; 7]) -> f64 {
-    let [a, b, c, cruise, e, f, g] = *phases;
-    let mut peak = [a, b, c].into_iter().fold(from, |motion, (time, jerk)| motion.after(time, jerk));
-    if cruise.0 > 0.0 {
-        peak.a = 0.0;
-    }
-    way(from, &[a, b, c]) + way(peak, &[cruise, e, f, g])
-}
-
-fn mirrored<const N: usize>(phases: [Stretch; N]) -> [Stretch; N] {
-    phases.map(|(time, jerk)| (time, -jerk))
-}
-
-fn time(phases: &[Stretch]) -> f64 {
-    phases.iter().map(|(time, _)| time).sum()
 }
