@@ -8,6 +8,7 @@ mod cycles;
 mod demo;
 mod figures;
 mod firmware;
+mod fuzz;
 mod gate;
 mod golden;
 mod image;

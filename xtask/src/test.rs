@@ -6,7 +6,7 @@ use anyhow::Result;
 
 use crate::commands::cargo_stage;
 use crate::stage::{Outcome, Setting, Stage};
-use crate::{arrows, cosim, cycles, demo, firmware, gate, golden, licences, links};
+use crate::{arrows, cosim, cycles, demo, firmware, fuzz, gate, golden, licences, links};
 
 /// Cheap checks first; none stops the ones after it, because one run should show everything that is wrong.
 const STAGES: &[Stage] = &[
@@ -16,6 +16,7 @@ const STAGES: &[Stage] = &[
     Stage { name: "tests", run: |setting| cargo_stage(setting, &["test", "--workspace", "--release"]) },
     Stage { name: "documents", run: links::check },
     Stage { name: "demo", run: demo::check },
+    Stage { name: "fuzz", run: fuzz::check },
     Stage { name: "link gate", run: gate::check },
     Stage { name: "firmware", run: firmware::check },
     Stage { name: "golden traces", run: golden::check },

@@ -7,7 +7,7 @@ use abbe_core::plan::chain::{Manner, look_ahead, walk};
 use abbe_core::plan::corner::Corner;
 use abbe_core::plan::curve::Place;
 use abbe_core::plan::pieces::Piece;
-use abbe_core::plan::transfer::Infeasible;
+use abbe_core::plan::transfer::{Infeasible, State, Transfer};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use walked::{STAGE, assert_within};
@@ -163,4 +163,25 @@ fn lines_that_are_all_corners_are_never_gone_back() {
         let back = path.windows(2).map(|pair| pair[0][0] - pair[1][0]).fold(0.0, f64::max);
         assert!(back <= 1.0, "{back} pm back, lines of {length}");
     }
+}
+
+/// Between two corners that meet half-way a line has a length of nothing but what was rounded, and no time to go it.
+#[test]
+fn corners_that_meet_on_a_line_leave_it_no_time_and_are_no_error() {
+    let axes = [
+        Limits { speed: 836_388.0, acceleration: 7504.4, jerk: 6.82 },
+        Limits { speed: 11_365_901.0, acceleration: 1589.6, jerk: 37.9 },
+    ];
+    let manner = Manner { axes, feed: 872_498.0, tolerance: 4_640_936.0 };
+    let (here, there) = ([59_972_533_761.0, 20_607_309_071.0], [59_972_532_848.0, 20_627_831_068.0]);
+    let places = [here, there, here, there];
+    let path = walked(&places, &manner);
+    assert_within(&path, &manner.axes);
+    assert_eq!(path.last(), Some(&there));
+    let [from, to] = [10_260_998.510_154_577, 10_260_998.510_154_58].map(|position| State {
+        position,
+        speed: 112_146.0,
+        acceleration: 0.0,
+    });
+    assert_eq!(Transfer::fastest(from, to, &axes[1]).map(|motion| motion.ticks()), Ok(0.0));
 }

@@ -6,10 +6,14 @@ mod ideal;
 mod walked;
 
 use abbe_core::background::{self, Done, Planner};
+use abbe_core::command::Compare;
 use abbe_core::design::StageSettings;
+use abbe_core::front::compare::{Places, PlacesError, When};
 use abbe_core::machine::State;
 use abbe_core::plan::Limits;
+use abbe_core::plan::compare::Axis;
 use abbe_core::plan::curve::Place;
+use abbe_core::plan::scan::{Lines, Order, Scan};
 use abbe_core::plan::segment::{Feed, Segment, Shape};
 use abbe_core::publish::{Fault, Outcome};
 use abbe_core::{Command, Controller, Outputs, Pos, Refusal, Status};
@@ -294,6 +298,95 @@ fn whatever_is_asked_of_it_moves_within_its_limits() {
         bench.assert_moved_within_limits();
     }
     assert!(replaced > 20, "{replaced}");
+}
+
+/// A scan runs behind a program's line to its start; each line passes each place once, in their order, evenly in time.
+#[test]
+fn a_scan_fires_at_the_places_that_the_measured_position_passes() {
+    let mut bench = Bench::homed();
+    let scan = Scan {
+        corners: [mm(5.0, 5.0), mm(7.0, 6.0)],
+        fast: Axis::X,
+        lines: Lines::Number(5),
+        order: Order::Serpentine,
+        speed: 1e6,
+        settle: 50,
+    };
+    let limits = bench.limits();
+    let segment = Segment::scanning(&scan, &limits).unwrap();
+    let start = scan.plan(&limits).unwrap().start();
+    let refused = bench.controller.command(Command::Go(segment));
+    assert_eq!(refused, Err(Refusal::ScanStart(start)));
+    bench.go(&[line(start[0].mm(), start[1].mm(), 0.0)]);
+    bench.settle();
+    let places =
+        Places { first: 5_000_000_000, pitch: 100_000_000, number: 21, when: When::Both, play: 1_000_000 };
+    bench.ask(Command::Compare(Some(Compare { axis: 0, places })));
+    bench.go(&[segment, line(1.0, 1.0, 0.0)]);
+    let (mut events, mut triggers) = (Vec::new(), 0);
+    bench.tick();
+    while bench.status().state.is_busy() {
+        bench.tick();
+        events.extend_from_slice(bench.controller.fired().as_slice());
+        triggers += u32::from(bench.outputs.trigger);
+        if events.len() == 105 {
+            bench.ask(Command::Compare(None));
+        }
+    }
+    assert_eq!((events.len(), triggers), (105, 105));
+    for (number, line) in events.chunks(21).enumerate() {
+        let up = number % 2 == 0;
+        let order: Vec<u32> = if up { (0..21).collect() } else { (0..21).rev().collect() };
+        assert!(line.iter().map(|event| event.place).eq(order) && line.iter().all(|event| event.up == up));
+        for pair in line.windows(2) {
+            // 100 µm at 1 µm a tick; the ideal slide steps by 0.3125 µm and counts by 0.1.
+            let ticks = (pair[1].time - pair[0].time) as f64 / f64::from(1 << 16) / f64::from(1 << 16);
+            assert!((ticks - 100.0).abs() < 1.0, "{ticks}");
+        }
+    }
+    assert_eq!(bench.outcome(), Outcome::Arrived);
+    assert_eq!(bench.status().axes.map(|axis| axis.set_point), mm(1.0, 1.0));
+    bench.assert_moved_within_limits();
+    let places = Places { pitch: 0, ..places };
+    let armed = bench.controller.command(Command::Compare(Some(Compare { axis: 0, places })));
+    assert_eq!(armed, Err(Refusal::NoPlaces(PlacesError::Pitch(0))));
+}
+
+/// It cannot be held inside, which would leave it at another speed; it can be stopped.
+#[test]
+fn a_scan_is_held_behind_its_end_and_stopped_at_once() {
+    let scan = Scan {
+        corners: [mm(5.0, 5.0), mm(8.0, 6.0)],
+        fast: Axis::X,
+        lines: Lines::Number(3),
+        order: Order::FlyBack,
+        speed: 1e6,
+        settle: 50,
+    };
+    for stops in [false, true] {
+        let mut bench = Bench::homed();
+        let limits = bench.limits();
+        let segment = Segment::scanning(&scan, &limits).unwrap();
+        let start = scan.plan(&limits).unwrap().start();
+        bench.go(&[line(start[0].mm(), start[1].mm(), 0.0), segment, line(1.0, 1.0, 0.0)]);
+        bench.run(8000);
+        bench.ask(if stops { Command::Stop } else { Command::Hold });
+        let asked = bench.places.len();
+        if stops {
+            bench.settle();
+            assert_eq!(bench.outcome(), Outcome::Stopped);
+            assert!(bench.places.len() - asked < 800);
+            _ = bench.places.pop();
+        } else {
+            bench.run(20_000);
+            assert!(bench.status().held && bench.status().state == State::Moving);
+            assert_eq!(bench.status().axes.map(|axis| axis.set_point), segment.to);
+            bench.ask(Command::Resume);
+            bench.settle();
+            assert_eq!(bench.status().axes.map(|axis| axis.set_point), mm(1.0, 1.0));
+        }
+        bench.assert_moved_within_limits();
+    }
 }
 
 #[test]

@@ -204,6 +204,12 @@ fn what_is_no_curve_is_refused() {
     assert!(Arc::new(from, to, [5e8, 0.0], true).is_some());
     assert_eq!(Arc::new(from, to, from, true), None);
     assert_eq!(Arc::new(from, to, [1e8, 0.0], true), None);
+    // A tenth of the larger radius is the most, and what rounding to picometres adds.
+    let ends = |radius: f64| Arc::new([1e7, 0.0], [0.0, radius], [0.0; 2], true);
+    assert!(ends(9e6).is_some() && ends(9e6 - 2.0).is_some());
+    assert_eq!([ends(9e6 - 10.0), ends(1.12e7)], [None, None]);
+    assert!(Arc::new([1.0, 0.0], [1.0, 1.0], [0.0; 2], true).is_some());
+    assert_eq!(Arc::new([1.0, 0.0], [0.0; 2], [0.0; 2], true), None);
     assert!(Sine::new(from, to, 1e6, 1, 0.0).is_some());
     let sines = [(to, 0.0, 1), (to, -1e6, 1), (to, 1e6, 0), (from, 1e6, 1), (to, f64::NAN, 1)];
     for (to, amplitude, periods) in sines {

@@ -314,7 +314,7 @@ fn what_is_no_scan_is_refused() {
         let limits = Limits { acceleration: speed, ..STAGE };
         assert_eq!(SMALL.plan(&[STAGE, limits]), Err(ScanError::NoNumber));
     }
-    let too_fast = ScanError::TooFast { axis: 0, asked: 2.5e6, limit: 2e6 };
+    let too_fast = ScanError::TooFast { axis: 0, asked: 2_500_000, limit: 2_000_000 };
     assert_eq!(refused(Scan { speed: 2.5e6, ..SMALL }), too_fast);
     assert_eq!(
         too_fast.to_string(),

@@ -132,6 +132,18 @@ fn what_does_not_fit_is_refused() {
     assert_eq!(Steps::of(&Transfer::fastest(from, to, &STAGE).expect("it is possible")), None);
 }
 
+/// The acceleration fits in every tick, but not what the next one would make of it: it must not wrap.
+#[test]
+fn what_does_not_fit_in_the_next_tick_is_refused() {
+    let limits = Limits { speed: 2e7, acceleration: 131_000.0, jerk: 4185.027738175093 };
+    let from = State { position: -1.0, speed: -61_037.01895199438, acceleration: 127_735.46447720187 };
+    let to = State { position: -2.0, speed: -1_770_073.549607837, acceleration: -249.6204789893086 };
+    let transfer = Transfer::fastest(from, to, &limits).expect("it is possible");
+    let most = transfer.at(61.0).acceleration;
+    assert!(most > -131_072.0 && most - limits.jerk < -131_072.0, "{most}");
+    assert_eq!(Steps::of(&transfer), None);
+}
+
 #[test]
 fn a_way_of_nothing_is_over_at_once() {
     let at = State { position: 5e9, ..State::default() };

@@ -111,6 +111,18 @@ fn what_cannot_be_done_is_said() {
     assert_eq!(plan(State { position: f64::NAN, ..rest }, rest), Err(Infeasible::NoNumber));
     let [far, farther] = [-f64::MAX, f64::MAX].map(|position| State { position, ..rest });
     assert_eq!(plan(far, farther), Err(Infeasible::NoNumber));
+    // It would take longer than numbers tell.
+    let crawl = Limits { speed: 1e-155, acceleration: 1e-3, jerk: 1e4 };
+    let far = State { position: 1e156, ..rest };
+    assert_eq!(Transfer::fastest(rest, far, &crawl), Err(Infeasible::NoNumber));
+    let moving = State { speed: 1e-156, ..far };
+    assert_eq!(Transfer::fastest(rest, moving, &crawl), Err(Infeasible::NoNumber));
+    // Products of such limits are zero.
+    let least = Limits { speed: 4.6823e-320, acceleration: 1.8e-284, jerk: 1.8e-284 };
+    assert_eq!(
+        Transfer::fastest(State { position: 7e-309, ..rest }, rest, &least),
+        Err(Infeasible::NoNumber)
+    );
     for limits in [
         Limits { jerk: 0.0, ..STAGE },
         Limits { speed: f64::INFINITY, ..STAGE },
@@ -177,6 +189,21 @@ fn a_motion_can_be_made_to_last() {
     }
     println!("{as_long} as long as wanted, {longer} longer, up to {slowest} times");
     assert!(as_long > 100 * longer, "{as_long} {longer}");
+}
+
+/// A picometre in a quarter of an hour: what three phases leave of an acceleration must not move it on.
+#[test]
+fn a_short_way_can_last_for_long() {
+    let limits = Limits { speed: 2000.0, acceleration: 3.8e6, jerk: 19_516.0 };
+    let from = State { position: -1.0, speed: -0.061, acceleration: -4968.2 };
+    let to = State { position: -2.0, speed: -1154.3, acceleration: -4485.7 };
+    let fastest = Transfer::fastest(from, to, &limits).expect("it is possible");
+    for wanted in [1e6, 1e7, 1e8] {
+        let lasting = fastest.lasting(&limits, wanted).expect("it is possible");
+        assert!((lasting.ticks() - wanted).abs() <= ROUNDED * wanted, "{}", lasting.ticks());
+        let before = lasting.at(wanted - 1.0);
+        assert!((before.position - to.position).abs() < 1e3, "{before:?}");
+    }
 }
 
 /// One axis has no way to go, a short one, or a long one, and takes as long as it is told.

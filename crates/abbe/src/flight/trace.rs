@@ -2,7 +2,7 @@
 
 use super::replay::Seen;
 use crate::failure::Failure;
-use abbe_core::command::axis_name;
+use abbe_core::command::{Compare, axis_name};
 use abbe_core::edge::{Actuation, AxisOutputs};
 use abbe_core::machine::State;
 use abbe_core::plan::segment::Shape;
@@ -357,6 +357,7 @@ fn shape(shape: &Shape) -> &'static str {
         Shape::Line => "line",
         Shape::Arc { .. } => "arc",
         Shape::Sine { .. } => "sine",
+        Shape::Scan { .. } => "scan",
     }
 }
 
@@ -370,6 +371,10 @@ fn words(command: &Command<2>) -> String {
         Command::MoveTo(to) => format!("move to {}", places(to)),
         Command::MoveBy(way) => format!("move by {}", places(way)),
         Command::Go(segment) => format!("{} to {}", shape(&segment.shape), places(&segment.to)),
+        Command::Compare(None) => "compare nothing".into(),
+        Command::Compare(Some(Compare { axis, places })) => {
+            format!("{}: compare with {} places", axis_name(*axis), places.number)
+        }
         Command::Hold => "hold".into(),
         Command::Resume => "resume".into(),
         Command::FeedRate(percent) => format!("feed rate {percent} %"),

@@ -117,7 +117,9 @@ fn within(from: State, phase: &Phase) -> bool {
     [0.0, ticks, fastest, before, behind].into_iter().filter(|time| (0.0..=ticks).contains(time)).all(
         |time| {
             let State { position, speed, acceleration } = from.after(time, jerk);
-            let numbers = [position, speed, acceleration, jerk];
+            // Differences are those to the next tick, which may lie behind the phase.
+            let (acceleration, jerk) = (acceleration.abs() + jerk.abs(), jerk.abs());
+            let numbers = [position, speed.abs() + acceleration, acceleration, jerk];
             numbers.into_iter().zip(BITS).all(|(number, bits)| fixed_point(number, bits).is_some())
         },
     )

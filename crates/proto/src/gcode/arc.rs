@@ -95,7 +95,12 @@ pub(super) fn by_radius(from: Place, to: Place, radius: Pos, turn: Turn, unit: U
     let [along, across] = chord.map(|side| scaled_by_root(side, height, chord_squared));
     let [x, y] = if on_left { [across.saturating_neg(), along] } else { [across, along.saturating_neg()] };
     let centre = [halfway(from[0], to[0], x), halfway(from[1], to[1], y)];
-    let mismatch = length(way(centre, to)) - length(way(centre, from));
+    let (begins, ends) = (length(way(centre, from)), length(way(centre, to)));
+    if begins.min(ends) == Pos::ZERO {
+        // A radius of a picometre or two, of which rounding the centre left nothing.
+        return Err(Fault::NoRadius);
+    }
+    let mismatch = ends - begins;
     Ok(Arc { centre, turn, full: false, mismatch })
 }
 

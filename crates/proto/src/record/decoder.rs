@@ -138,6 +138,7 @@ impl<const N: usize> Cursor<'_, N> {
             entry::MOVE_TO => Event::Command(Command::MoveTo(self.places()?)),
             entry::MOVE_BY => Event::Command(Command::MoveBy(self.places()?)),
             entry::GO => Event::Command(Command::Go(self.block.segment()?)),
+            entry::COMPARE => Event::Command(Command::Compare(self.block.compare()?)),
             entry::HOLD => Event::Command(Command::Hold),
             entry::RESUME => Event::Command(Command::Resume),
             entry::FEED_RATE => Event::Command(Command::FeedRate(self.block.number16()?)),

@@ -289,6 +289,10 @@ impl Writer<'_> {
                 self.byte(entry::GO);
                 self.segment(segment);
             }
+            Command::Compare(compare) => {
+                self.byte(entry::COMPARE);
+                self.compare(compare.as_ref());
+            }
             Command::Hold => self.byte(entry::HOLD),
             Command::Resume => self.byte(entry::RESUME),
             Command::FeedRate(percent) => {

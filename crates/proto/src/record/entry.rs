@@ -27,6 +27,7 @@ pub(super) const HOLD: u8 = 0xcd;
 pub(super) const RESUME: u8 = 0xce;
 pub(super) const FEED_RATE: u8 = 0xcf;
 pub(super) const SPANS: u8 = 0xd0;
+pub(super) const COMPARE: u8 = 0xd1;
 
 /// In the byte that opens a tick: more than counters and pulses changed.
 const REST: u8 = 0x40;

@@ -3,16 +3,28 @@
 use super::bytes::{Reader, Writer};
 use super::error::RecordFault;
 use abbe_core::Pos;
+use abbe_core::command::Compare;
+use abbe_core::front::compare::{Places, When};
+use abbe_core::plan::compare::Axis;
+use abbe_core::plan::scan::{Lines, Order};
 use abbe_core::plan::segment::{Feed, Segment, Shape};
 use abbe_core::plan::span::{Batch, Span, Until};
 use abbe_core::plan::steps::Leg;
+
+/// Whether something is there.
+const ARMED: u8 = 1;
 
 /// Shapes of a segment.
 const LINE: u8 = 0;
 const ARC: u8 = 1;
 const SINE: u8 = 2;
+const SCAN: u8 = 3;
 /// Added to an arc's.
 const COUNTERCLOCKWISE: u8 = 4;
+/// Added to a scan's.
+const ALONG_Y: u8 = 4;
+const FLY_BACK: u8 = 8;
+const BY_PITCH: u8 = 16;
 
 /// Bits of a batch.
 const CUT: u8 = 1;
@@ -36,10 +48,34 @@ impl Writer<'_> {
                 self.number32(*periods);
                 self.signed(*phase);
             }
+            Shape::Scan { corners, fast, lines, order, settle } => {
+                let fast = if *fast == Axis::Y { ALONG_Y } else { 0 };
+                let order = if *order == Order::FlyBack { FLY_BACK } else { 0 };
+                let by = if matches!(lines, Lines::Pitch(_)) { BY_PITCH } else { 0 };
+                self.byte(SCAN | fast | order | by);
+                corners.iter().for_each(|corner| self.plane(corner));
+                match lines {
+                    Lines::Number(number) => self.number32(*number),
+                    Lines::Pitch(pitch) => self.signed(pitch.pm()),
+                }
+                self.number32(*settle);
+            }
         }
         self.plane(to);
         self.number(feed.0);
         self.signed(tolerance.pm());
+    }
+
+    pub(super) fn compare(&mut self, compare: Option<&Compare>) {
+        let Some(Compare { axis, places }) = compare else { return self.byte(0) };
+        let Places { first, pitch, number, when, play } = *places;
+        self.byte(ARMED);
+        self.number(*axis as u64);
+        for number in [first, pitch, play] {
+            self.signed(number);
+        }
+        self.number32(number);
+        self.byte(when as u8);
     }
 
     fn plane(&mut self, places: &[Pos; 2]) {
@@ -97,10 +133,37 @@ impl Reader<'_> {
                 periods: self.number32()?,
                 phase: self.signed()?,
             },
+            kind if kind & 3 == SCAN && kind < 32 => {
+                let corners = [self.plane()?, self.plane()?];
+                let lines = if kind & BY_PITCH == 0 {
+                    Lines::Number(self.number32()?)
+                } else {
+                    Lines::Pitch(Pos::from_pm(self.signed()?))
+                };
+                let fast = if kind & ALONG_Y == 0 { Axis::X } else { Axis::Y };
+                let order = if kind & FLY_BACK == 0 { Order::Serpentine } else { Order::FlyBack };
+                Shape::Scan { corners, fast, lines, order, settle: self.number32()? }
+            }
             unknown => return Err(RecordFault::Entry(unknown)),
         };
         let to = self.plane()?;
         Ok(Segment { shape, to, feed: Feed(self.number()?), tolerance: Pos::from_pm(self.signed()?) })
+    }
+
+    pub(super) fn compare(&mut self) -> Result<Option<Compare>, RecordFault> {
+        if self.byte()? != ARMED {
+            return Ok(None);
+        }
+        let axis = usize::try_from(self.number()?).map_err(|_| RecordFault::Number)?;
+        let (first, pitch, play) = (self.signed()?, self.signed()?, self.signed()?);
+        let number = self.number32()?;
+        let when = match self.byte()? {
+            0 => When::Up,
+            1 => When::Down,
+            2 => When::Both,
+            unknown => return Err(RecordFault::Entry(unknown)),
+        };
+        Ok(Some(Compare { axis, places: Places { first, pitch, number, when, play } }))
     }
 
     fn plane(&mut self) -> Result<[Pos; 2], RecordFault> {

@@ -2,10 +2,14 @@
 
 use super::encoder::checksum;
 use super::*;
+use abbe_core::command::Compare;
 use abbe_core::design::StageSettings;
 use abbe_core::edge::{Actuation, AxisInputs, AxisOutputs, SinCos, StepRate};
 use abbe_core::front::StepEmitter;
+use abbe_core::front::compare::{Places, When};
 use abbe_core::machine::State;
+use abbe_core::plan::compare::Axis;
+use abbe_core::plan::scan::{Lines, Order};
 use abbe_core::plan::segment::{Feed, Segment, Shape};
 use abbe_core::plan::span::{BATCH, Batch, Span, Until};
 use abbe_core::plan::steps::Leg;
@@ -106,15 +110,33 @@ fn any_command<const N: usize>() -> impl Strategy<Value = Command<N>> {
         Just(Command::Hold),
         Just(Command::Resume),
         any::<u16>().prop_map(Command::FeedRate),
+        prop::option::of(any_compare()).prop_map(Command::Compare),
     ]
 }
 
+fn any_compare() -> impl Strategy<Value = Compare> {
+    let when = prop_oneof![Just(When::Up), Just(When::Down), Just(When::Both)];
+    (0_usize..4, any::<[i64; 3]>(), any::<u32>(), when).prop_map(
+        |(axis, [first, pitch, play], number, when)| Compare {
+            axis,
+            places: Places { first, pitch, number, when, play },
+        },
+    )
+}
+
 fn any_segment() -> impl Strategy<Value = Segment> {
-    let shape = (0..4, any_places(), any::<i64>(), any::<u32>(), any::<i64>()).prop_map(
+    let shape = (0..5, any_places(), any::<i64>(), any::<u32>(), any::<i64>()).prop_map(
         |(kind, centre, amplitude, periods, phase)| match kind {
             0 => Shape::Line,
             1 => Shape::Arc { centre, counterclockwise: false },
             2 => Shape::Arc { centre, counterclockwise: true },
+            3 => Shape::Scan {
+                corners: [centre, [Pos::from_pm(amplitude), Pos::from_pm(phase)]],
+                fast: if phase % 2 == 0 { Axis::X } else { Axis::Y },
+                lines: if phase % 3 == 0 { Lines::Number(periods) } else { Lines::Pitch(centre[0]) },
+                order: if phase % 5 == 0 { Order::Serpentine } else { Order::FlyBack },
+                settle: periods,
+            },
             _ => Shape::Sine { amplitude: Pos::from_pm(amplitude), periods, phase },
         },
     );

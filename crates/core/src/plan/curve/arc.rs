@@ -16,9 +16,13 @@ pub struct Arc {
     sweep: f64,
 }
 
+/// Ends and centre in whole picometres may add so much to the difference of the distances, pm: twice √2, rounded up.
+const ROUNDED: f64 = 3.0;
+
 impl Arc {
     /// From a place about a centre to another, counterclockwise or clockwise; a whole turn if both are one. None if the
-    /// centre is one of them, or their distances from it differ by more than a tenth: that is no arc.
+    /// centre is one of them, or their distances from it differ by more than a tenth of the larger one and what whole
+    /// picometres may add: that is no arc.
     pub fn new(from: Place, to: Place, centre: Place, counterclockwise: bool) -> Option<Self> {
         let [begins, ends] = [from, to].map(|[x, y]| libm::atan2(y - centre[1], x - centre[0]));
         let radii = [from, to].map(|end| super::distance(centre, end));
@@ -30,8 +34,9 @@ impl Arc {
             (false, true) => turn(ends - begins),
             (false, false) => -turn(begins - ends),
         };
-        let alike = radii[0].min(radii[1]) > 0.9 * radii[0].max(radii[1]);
-        alike.then_some(Self { centre, radii, begins, sweep })
+        let (smaller, larger) = (radii[0].min(radii[1]), radii[0].max(radii[1]));
+        let alike = smaller >= 0.9 * larger - ROUNDED;
+        (smaller > 0.0 && alike).then_some(Self { centre, radii, begins, sweep })
     }
 
     /// Of an arc with the larger radius, and longer by what the radius changes: never too short, so that nothing is faster

@@ -15,6 +15,7 @@
 
 mod cruise;
 mod family;
+mod motion;
 mod together;
 
 pub use together::together;
@@ -23,6 +24,7 @@ use super::profile::{Limits, durations};
 use super::root::{Point, root};
 use cruise::Cruise;
 use family::Family;
+use motion::{Motion, Stretch, mirrored, time, way, way_of_all};
 
 /// A state of motion along one line: picometres and ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -84,6 +86,9 @@ pub struct Transfer {
 const SLACK: f64 = 1e-11;
 /// The sums of its phases may miss the end by so much of the way: what rounding leaves.
 const MISSES: f64 = 1e-10;
+/// The phase of constant speed. What the ones before it leave of an acceleration is rounded, and would grow with the square
+/// of its time.
+const CRUISE: usize = 3;
 
 impl Transfer {
     /// The fastest motion between two states within limits.
@@ -95,7 +100,7 @@ impl Transfer {
         let scale = Scale::of(limits)?;
         let task = scale.task(from, to, limits)?;
         if from.is_at_rest() && to.is_at_rest() {
-            return Ok(Self { from, to, phases: from_rest_to_rest(to.position - from.position, limits) });
+            return Self { from, to, phases: from_rest_to_rest(to.position - from.position, limits) }.told();
         }
         scale.motion(from, to, &task, task.fastest())
     }
@@ -131,7 +136,7 @@ impl Transfer {
         let [a, b, c] = cruise::change(start, speed / scale.speed);
         let phases = scale.phases([a, b, c, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)]);
         let position = from.position + scale.length * way(start, &[a, b, c]);
-        Ok(Self { from, to: State { position, speed, acceleration: 0.0 }, phases })
+        Self { from, to: State { position, speed, acceleration: 0.0 }, phases }.told()
     }
 
     /// Whether it never goes back, but for what is rounded: a part of the highest speed.
@@ -148,6 +153,16 @@ impl Transfer {
             state = after;
             lowest.min(after.speed) >= -rounded
         })
+    }
+
+    /// Itself, if there are numbers for how long it takes and where it ends.
+    fn told(self) -> Result<Self, Infeasible> {
+        let are_times = self.phases.iter().all(|phase| phase.ticks >= 0.0);
+        if are_times && self.ticks().is_finite() && self.to.position.is_finite() {
+            Ok(self)
+        } else {
+            Err(Infeasible::NoNumber)
+        }
     }
 
     /// Of the fastest motion: one between the same states that takes just so long, or else the shortest that this finds which
@@ -218,7 +233,10 @@ impl Transfer {
     pub fn at(&self, ticks: f64) -> State {
         let mut state = self.from;
         let mut left = ticks.max(0.0);
-        for phase in self.phases {
+        for (number, phase) in self.phases.into_iter().enumerate() {
+            if number == CRUISE && phase.ticks > 0.0 {
+                state.acceleration = 0.0;
+            }
             if left < phase.ticks {
                 return state.after(left, phase.jerk);
             }
@@ -295,10 +313,10 @@ impl Scale {
         task: &Task,
         stretches: [Stretch; 7],
     ) -> Result<Transfer, Infeasible> {
-        let misses = (way(task.start, &stretches) - task.way).abs();
+        let misses = (way_of_all(task.start, &stretches) - task.way).abs();
         let whole = task.way.abs() + task.top * time(&stretches);
-        if misses <= MISSES * whole {
-            Ok(Transfer { from, to, phases: self.phases(stretches) })
+        if misses <= MISSES * whole + task.blur {
+            Transfer { from, to, phases: self.phases(stretches) }.told()
         } else {
             Err(Infeasible::NoNumber)
         }
@@ -329,41 +347,6 @@ impl Scale {
         if numbers.iter().all(|number| number.is_finite()) { Ok(motion) } else { Err(Infeasible::NoNumber) }
     }
 }
-
-/// Speed and acceleration.
-#[derive(Clone, Copy, Debug)]
-struct Motion {
-    v: f64,
-    a: f64,
-}
-
-impl Motion {
-    /// The speed at which the acceleration has been taken back with full jerk.
-    fn settled(self) -> f64 {
-        self.v + self.a * self.a.abs() / 2.0
-    }
-
-    fn mirrored(self) -> Self {
-        Self { v: -self.v, a: -self.a }
-    }
-
-    /// Run backwards, and mirrored: it goes the same way.
-    fn reversed(self) -> Self {
-        Self { v: self.v, a: -self.a }
-    }
-
-    fn after(self, time: f64, jerk: f64) -> Self {
-        Self { v: self.v + time * (self.a + time / 2.0 * jerk), a: self.a + time * jerk }
-    }
-
-    fn is_within(self, top: f64) -> bool {
-        let room = 1.0 + SLACK;
-        self.a.abs() <= room && self.v.abs() <= top * room && self.settled().abs() <= top * room
-    }
-}
-
-/// A time and a jerk.
-type Stretch = (f64, f64);
 
 /// What is to be planned.
 #[derive(Clone, Copy, Debug)]
@@ -410,22 +393,4 @@ impl Task {
     fn mirrored(&self) -> Self {
         Self { start: self.start.mirrored(), end: self.end.mirrored(), way: -self.way, ..*self }
     }
-}
-
-/// How far phases lead.
-fn way(from: Motion, phases: &[Stretch]) -> f64 {
-    let (mut way, mut motion) = (0.0, from);
-    for &(time, jerk) in phases {
-        way += time * (motion.v + time / 2.0 * (motion.a + time / 3.0 * jerk));
-        motion = motion.after(time, jerk);
-    }
-    way
-}
-
-fn mirrored<const N: usize>(phases: [Stretch; N]) -> [Stretch; N] {
-    phases.map(|(time, jerk)| (time, -jerk))
-}
-
-fn time(phases: &[Stretch]) -> f64 {
-    phases.iter().map(|(time, _)| time).sum()
 }

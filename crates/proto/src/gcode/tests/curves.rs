@@ -27,6 +27,32 @@ fn distance(one: Place, other: Place) -> f64 {
     (one[0].pm() as f64 - other[0].pm() as f64).hypot(one[1].pm() as f64 - other[1].pm() as f64)
 }
 
+/// The planner looks at both radii, too: an arc that is read must be one to it.
+#[test]
+fn the_largest_mismatch_and_the_smallest_radius_are_arcs_to_the_planner() {
+    let planned = |line: &str| {
+        let arc = arc([Pos::ZERO; 2], line).unwrap();
+        let mut state = State::new([Pos::ZERO; 2]);
+        read(&mut state, format!("F1 {line}").as_bytes()).unwrap();
+        let float = |place: Place| place.map(|pos| pos.pm() as f64);
+        let to = float(state.position());
+        let counterclockwise = arc.turn == Turn::Counterclockwise;
+        abbe_core::plan::curve::Arc::new([0.0; 2], to, float(arc.centre), counterclockwise).is_some()
+    };
+    // A tenth of the radius, below and above it; radii of a few picometres.
+    for line in [
+        "G3 X-0.01 Y0.009 I-0.01",
+        "G3 X-0.01 Y0.011 I-0.01",
+        "G2 X0.000000001 Y0.000000001 I0.000000001",
+        "G2 X0.000000003 Y0.000000002 R0.000000003",
+    ] {
+        assert!(planned(line), "{line}");
+    }
+    // Of a picometre rounding leaves no centre.
+    let nothing = arc([Pos::ZERO; 2], "G3 X0.000000001 R0.000000001").map_err(|error| error.fault);
+    assert_eq!(nothing, Err(Fault::NoRadius));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 20_000, ..ProptestConfig::default() })]
 

@@ -1,0 +1,16 @@
+Z1
+X1 X2
+G1 G2
+X
+1
+X1E3
+#5=1
+(open
+G18
+G0 X1 G92
+T5
+G1 X1
+G3 X1 R0.1
+O<name> CALL
+N1N2
+G4
