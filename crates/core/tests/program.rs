@@ -333,3 +333,29 @@ fn a_hold_among_short_lines_slows_down_through_their_corners() {
     println!("{} ticks, {:.3} mm", tick.places.len() - held_at, way / 1e9);
     assert_within(&tick.places, &[STAGE; 2]);
 }
+
+/// At a tolerance that is too small for a rounding at speed the lines are laid over each other.
+#[test]
+fn a_corner_of_a_micrometre_is_sooner_than_a_stop() {
+    for (to, tolerance) in
+        [([2e9, 1e9], 1e6), ([1e9, 1e9], 1e6), ([1.5e9, 0.3e9], 1e6), ([1e9, 1e9], 1e5), ([1.2e9, -1e9], 1e4)]
+    {
+        let places = [[0.0, 0.0], [1e9, 0.0], to];
+        let walked = |tolerance: f64| {
+            let mut tick = Tick::new(pm(places[0]), [STAGE; 2]);
+            for place in &places[1..] {
+                tick.program.take(&line(*place, 2e6, tolerance)).expect("it is one");
+            }
+            tick.finish();
+            assert_within(&tick.places, &[STAGE; 2]);
+            assert_eq!(tick.places.last(), Some(&to));
+            tick.places
+        };
+        let (cut, stopped) = (walked(tolerance), walked(0.0));
+        let nearest = cut.iter().map(|[x, y]| (x - 1e9).hypot(*y)).fold(f64::INFINITY, f64::min);
+        println!("{nearest} pm of {tolerance}, {} ticks sooner", stopped.len() - cut.len());
+        // But for where the ticks fall.
+        assert!(nearest <= tolerance * 1.002 + 2.0 && nearest > 0.98 * tolerance, "{nearest} of {tolerance}");
+        assert!(cut.len() + 15 < stopped.len(), "{} {}", cut.len(), stopped.len());
+    }
+}

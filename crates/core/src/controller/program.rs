@@ -53,11 +53,17 @@ impl Default for Program {
 
 impl Program {
     fn begin(&mut self) {
-        *self = Self { open: true, percent: self.percent, revision: self.revision, ..Self::default() };
+        self.close();
+        self.open = true;
     }
 
+    /// Feed rate and revision stay. Field by field: the queue is long, and a tick has no time to write all of it.
     pub(super) fn close(&mut self) {
-        *self = Self { percent: self.percent, revision: self.revision, ..Self::default() };
+        self.open = false;
+        self.queue.clear();
+        (self.done, self.held) = (false, false);
+        self.stopping = None;
+        self.idle = 0;
     }
 
     pub(super) const fn is_open(&self) -> bool {

@@ -43,7 +43,7 @@ pub fn look_ahead<'c>(places: &[Place], manner: &Manner, corners: &'c mut [Corne
             let room = lines[0].length.min(lines[1].length) / 2.0;
             let rounded =
                 Corner::fastest([*from, *at, *to], &manner.axes, manner.feed, manner.tolerance, room);
-            *corner = worth_it(rounded, &lines);
+            *corner = worth_it(rounded, &lines, 0.0);
         }
     }
     slow_down(places, manner, corners);
@@ -65,10 +65,10 @@ fn slow_down(places: &[Place], manner: &Manner, corners: &mut [Corner]) {
     }
 }
 
-/// A corner between two lines, if a stop is not sooner.
-pub(super) fn worth_it(rounded: Corner, lines: &[Line; 2]) -> Corner {
+/// A corner between two lines, if a stop is not sooner, of which so many ticks are saved.
+pub(super) fn worth_it(rounded: Corner, lines: &[Line; 2], saved: f64) -> Corner {
     let stop = rounded.at_speed(0.0);
-    if delay(&rounded, lines) < delay(&stop, lines) { rounded } else { stop }
+    if delay(&rounded, lines) < delay(&stop, lines) - saved { rounded } else { stop }
 }
 
 /// How much later than at full speed a corner is passed, ticks, between two lines that come to it.

@@ -10,6 +10,7 @@ pub mod corner;
 pub mod curve;
 pub mod elsewhere;
 pub mod line;
+pub mod overlap;
 pub mod path;
 pub mod pieces;
 pub mod profile;

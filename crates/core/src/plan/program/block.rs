@@ -3,6 +3,7 @@
 use super::super::chain::{Line, worth_it};
 use super::super::corner::Corner;
 use super::super::curve::{Curve, Place};
+use super::super::overlap::Overlap;
 use super::super::profile::Limits;
 use super::super::scan::ScanPlan;
 use super::super::segment::place;
@@ -19,6 +20,8 @@ pub(super) struct Block {
     pub(super) limits: Limits,
     /// How the corner at its end can be passed at most; at rest where no line follows.
     pub(super) corner: Corner,
+    /// How the lines are laid over each other where the corner is not passed at speed.
+    pub(super) overlap: Option<Overlap>,
     /// It is a scan, and no curve.
     pub(super) scan: Option<ScanPlan>,
 }
@@ -54,14 +57,18 @@ impl Block {
 
     /// Finds how the corner to the next can be passed.
     pub(super) fn meet(&mut self, next: &Self, axes: &[Limits; 2]) {
-        self.corner = Corner::default();
+        (self.corner, self.overlap) = (Corner::default(), None);
         let (Curve::Line { from, to: at }, Curve::Line { to, .. }) = (self.curve, next.curve) else { return };
         if self.tolerance > 0.0 && next.scan.is_none() {
             let lines = [self.line(), next.line()];
             let room = lines[0].length.min(lines[1].length) / 2.0;
             let feed = self.limits.speed.min(next.limits.speed);
-            let fastest = Corner::fastest([from, at, to], axes, feed, self.tolerance, room);
-            self.corner = worth_it(fastest, &lines);
+            let places = [from, at, to];
+            let fastest = Corner::fastest(places, axes, feed, self.tolerance, room);
+            let ends = [(lines[0].length, &lines[0].limits), (lines[1].length, &lines[1].limits)];
+            self.overlap = Overlap::longest(places, axes, ends, self.tolerance);
+            let saved = self.overlap.map_or(0.0, |overlap| overlap.ticks());
+            self.corner = worth_it(fastest, &lines, saved);
         }
     }
 

@@ -14,6 +14,7 @@ mod block;
 mod part;
 mod speeds;
 
+use super::corner::Corner;
 use super::curve::Place;
 use super::pieces::Piece;
 use super::profile::Limits;
@@ -25,6 +26,7 @@ use super::transfer::{Infeasible, State};
 use crate::units::Pos;
 use block::Block;
 use part::{Laying, Part, What};
+use speeds::End;
 
 /// Blocks that are known at once: those ahead, and those whose parts may still be decided anew.
 pub const BLOCKS: usize = 96;
@@ -217,17 +219,18 @@ impl Program {
         for run in decided.runs.into_iter().flatten() {
             self.append(What::Run(run), run.ticks());
         }
-        let corner = decided.corner;
-        if corner.speed > 0.0 {
-            self.append(What::Round(corner), corner.ticks());
-            self.state = State { position: corner.reach(), speed: corner.speed, acceleration: 0.0 };
-        } else {
-            self.append(What::Rest(decided.end), 0.0);
-            let gone =
-                decided.runs.into_iter().flatten().last().map_or(0.0, |run| run.motion().end().position);
-            self.state = State { position: if decided.whole { 0.0 } else { gone }, ..State::default() };
-        }
-        self.next = self.next.saturating_add(usize::from(decided.whole));
+        let passing =
+            |corner: &Corner| State { position: corner.reach(), speed: corner.speed, acceleration: 0.0 };
+        let (what, ticks, state) = match decided.end {
+            End::Round(corner) => (What::Round(corner), corner.ticks(), passing(&corner)),
+            End::Overlap(overlap) => (What::Overlap(overlap), overlap.ticks(), overlap.behind()),
+            End::Rest(at) => (What::Rest(at), 0.0, State::default()),
+            End::Within(gone, at) => (What::Rest(at), 0.0, State { position: gone, ..State::default() }),
+        };
+        self.append(what, ticks);
+        self.state = state;
+        let is_whole = !matches!(decided.end, End::Within(..));
+        self.next = self.next.saturating_add(usize::from(is_whole));
         Ok(())
     }
 

@@ -2,6 +2,7 @@
 
 use super::super::corner::Corner;
 use super::super::curve::Place;
+use super::super::overlap::Overlap;
 use super::super::pieces::{Along, Piece, Pieces, rest};
 use super::super::scan::{self, ScanPlan};
 
@@ -12,6 +13,8 @@ pub(super) enum What {
     Run(Along),
     /// Around the corner at its end.
     Round(Corner),
+    /// Around it where both lines would stop.
+    Overlap(Overlap),
     /// Line by line over an area.
     Scan(ScanPlan),
     /// There.
@@ -69,12 +72,16 @@ impl Laying {
             }
             What::Scan(plan) => self.next_of_scan(part, &plan),
             What::Round(corner) => self.next_of_corner(part, &corner),
-            What::Rest(at) => {
-                let is_new = matches!(self, Self::Nothing);
-                *self = Self::All;
-                is_new.then(|| (rest(part.begins, at), None))
-            }
+            What::Overlap(overlap) => self.once(|| (overlap.piece(part.begins), Some(part.ends))),
+            What::Rest(at) => self.once(|| (rest(part.begins, at), None)),
         }
+    }
+
+    /// There is one piece.
+    fn once(&mut self, piece: impl Fn() -> Laid) -> Option<Laid> {
+        let is_new = matches!(self, Self::Nothing);
+        *self = Self::All;
+        is_new.then(piece)
     }
 
     /// But for its end: a rest comes behind it.

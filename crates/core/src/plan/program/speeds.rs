@@ -2,6 +2,7 @@
 
 use super::super::corner::Corner;
 use super::super::curve::Place;
+use super::super::overlap::Overlap;
 use super::super::pieces::Along;
 use super::super::profile::Limits;
 use super::super::root::{Point, root};
@@ -19,19 +20,34 @@ const TRIES: usize = 10;
 pub(super) struct Decided {
     /// One after the other.
     pub(super) runs: [Option<Along>; 2],
-    /// At its end; at rest if it has no speed.
-    pub(super) corner: Corner,
-    /// Where it rests then.
-    pub(super) end: Place,
-    /// All of the block, or up to a rest within it.
-    pub(super) whole: bool,
+    /// At its end.
+    pub(super) end: End,
+}
+
+/// What comes at the end of a block.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum End {
+    /// A corner at speed.
+    Round(Corner),
+    /// A corner in which the next line is laid over it.
+    Overlap(Overlap),
+    /// A rest at its end.
+    Rest(Place),
+    /// A rest within it, after a way.
+    Within(f64, Place),
 }
 
 impl Program {
     /// As fast as all that is known allows.
     pub(super) fn along(&self, number: usize, state: State) -> Option<Decided> {
         let block = self.blocks.get(number)?;
-        block.run(state, self.look_ahead(number, state)?)
+        let corner = self.look_ahead(number, state)?;
+        let is_last = number.saturating_add(1) == self.blocks.len();
+        let overlap = block.overlap.filter(|_| corner.speed == 0.0 && !is_last);
+        overlap
+            .and_then(|overlap| block.overlapped(state, overlap))
+            .or_else(|| block.run(state, corner))
+            .or_else(|| block.run(state, corner.at_speed(0.0)))
     }
 
     /// To rest as soon as the path allows: within the block, or around the corner at its end as slowly as can be.
@@ -64,9 +80,10 @@ impl Program {
             };
             behind = Some(block);
         }
-        let settled =
-            state.speed + state.acceleration * state.acceleration.abs() / (2.0 * behind?.limits.jerk);
-        Some(behind?.line().slowed_for(corner, state.position, settled))
+        // First the acceleration of the state is taken back.
+        let jerk = behind?.limits.jerk;
+        let settled = state.after(state.acceleration.abs() / jerk, -state.acceleration.signum() * jerk);
+        Some(behind?.line().slowed_for(corner, settled.position, settled.speed))
     }
 }
 
@@ -74,10 +91,20 @@ impl Block {
     /// From a state to a corner; None if it cannot be reached without going back.
     fn run(&self, state: State, corner: Corner) -> Option<Decided> {
         let position = self.curve.length() - corner.reach();
-        let end = State { position, speed: corner.speed, acceleration: 0.0 };
-        let motions = self.motions(state, end)?;
-        let runs = motions.map(|motion| motion.map(|motion| Along::of(self.curve, motion)));
-        Some(Decided { runs, corner, end: self.end(), whole: true })
+        let to = State { position, speed: corner.speed, acceleration: 0.0 };
+        let end = if corner.speed > 0.0 { End::Round(corner) } else { End::Rest(self.end()) };
+        Some(Decided { runs: self.runs(state, to)?, end })
+    }
+
+    /// From a state to where the next line is laid over it.
+    fn overlapped(&self, state: State, overlap: Overlap) -> Option<Decided> {
+        let runs = self.runs(state, overlap.before(self.curve.length()))?;
+        Some(Decided { runs, end: End::Overlap(overlap) })
+    }
+
+    fn runs(&self, from: State, to: State) -> Option<[Option<Along>; 2]> {
+        let motions = self.motions(from, to)?;
+        Some(motions.map(|motion| motion.map(|motion| Along::of(self.curve, motion))))
     }
 
     /// One motion, or down to the highest speed first, where the block before was faster or the feed has changed.
@@ -110,9 +137,8 @@ impl Block {
         if at > self.curve.length() || !stop.is_forward(ROUNDED * self.limits.speed) {
             return None;
         }
-        let end = super::whole(self.curve.spot(at).at);
-        let runs = [Some(Along::of(self.curve, stop)), None];
-        Some(Decided { runs, corner: Corner::default(), end, whole: false })
+        let end = End::Within(at, super::whole(self.curve.spot(at).at));
+        Some(Decided { runs: [Some(Along::of(self.curve, stop)), None], end })
     }
 
     /// The corner at its end at the lowest speed to which the state can slow down.
