@@ -32,6 +32,8 @@ pub(crate) enum Topic {
     Edges,
     /// Plans from state to state beside those of another planner: failures, durations, costs; a minute or two.
     Planner,
+    /// Set-points of circles, corners and scans, tick by tick, beside their paths.
+    Paths,
     /// Poor signals through comparators, counter and head, and how many periods are lost; many minutes.
     Periods,
     /// How fast the simulated stage runs.
@@ -153,6 +155,7 @@ impl Topic {
             Self::Edges => "edges",
             Self::Periods => "periods",
             Self::Planner => "planner",
+            Self::Paths => "paths",
             Self::Twin => "twin",
             Self::Encoder => "encoder",
             Self::Faults => "faults",
@@ -174,6 +177,7 @@ impl Topic {
             Self::Edges => tables(root, "abbe-core", "edges", &[&EDGES.to_string()]),
             Self::Periods => tables(root, "abbe-core", "periods", &[&EDGES_OF_A_HEAD.to_string()]),
             Self::Planner => tables(root, "abbe-core", "transfer_trials", &[PLANS]),
+            Self::Paths => tables(root, "abbe-core", "paths", &[]),
             Self::Twin => twin(root),
             Self::Encoder => tables(root, "abbe-core", "ellipse_trials", &[]),
             Self::Faults => tables(root, "abbe-twin", "encoder_faults", &[FAULT_SEEDS]),
