@@ -10,6 +10,7 @@ use crate::design::Config;
 use crate::edge::{AxisOutputs, Inputs, Outputs};
 use crate::guard;
 use crate::machine::{Event, State, Stop, transition};
+use crate::plan::steps::SetPoint;
 use crate::plan::{LinePlan, Path};
 use crate::publish::{AxisStatus, Fault, MoveReport, Outcome, Status};
 use crate::sense::head::{Head, Refined};
@@ -153,6 +154,12 @@ impl<const N: usize> Controller<N> {
             feed_rate: self.program.percent(),
             axes: self.published,
         }
+    }
+
+    /// The set-point of the last tick with its speed and acceleration, stage frame; those of a program or a turn, elsewhere
+    /// they are zero.
+    pub fn set_points(&self) -> [SetPoint; N] {
+        self.path.set_points()
     }
 
     /// Limits, window and rates in use.

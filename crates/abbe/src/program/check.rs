@@ -11,7 +11,7 @@ use super::lines::{Line, Lines, LinesError};
 use super::summary::Summary;
 use super::travel::{Breach, Told, Travel};
 use crate::preset::Preset;
-use abbe_proto::gcode::{self, Action, Block, Flow, Place, State, interpret};
+use abbe_proto::gcode::{self, Action, Block, Effect, Flow, Place, State, interpret};
 use std::fmt;
 use std::io::BufRead;
 
@@ -77,24 +77,32 @@ pub(crate) fn check<R: BufRead>(
 ) -> Result<Checked, LinesError> {
     let mut check = Check::new(preset, stands);
     while let Some(line) = lines.next()? {
-        if check.line(&line) {
+        if check.line(&line).is_last {
             break;
         }
     }
     Ok(check.checked)
 }
 
+/// A line that was looked at.
+pub(super) struct Looked {
+    /// What it does, if it was understood.
+    pub(super) effect: Option<Effect>,
+    /// The program ends with it.
+    pub(super) is_last: bool,
+}
+
 /// On its way through a program.
-struct Check {
+pub(super) struct Check {
     travel: Travel,
     state: State,
     /// For x and y: the last motion has ended beyond the travel, and that was told.
     known: [bool; 2],
-    checked: Checked,
+    pub(super) checked: Checked,
 }
 
 impl Check {
-    fn new(preset: &Preset, stands: Place) -> Self {
+    pub(super) fn new(preset: &Preset, stands: Place) -> Self {
         let feeds = Feeds::new(preset.controller.settings.axes.each_ref().map(|axis| axis.speed_mm_s));
         let summary = Summary::default();
         Self {
@@ -105,33 +113,33 @@ impl Check {
         }
     }
 
-    /// Looks at a line; true at the end of the program.
-    fn line(&mut self, line: &Line<'_>) -> bool {
+    /// Looks at a line.
+    pub(super) fn line(&mut self, line: &Line<'_>) -> Looked {
         self.checked.summary.lines = line.number;
         let block = match line.block() {
             Ok(block) => block,
             Err(error) => {
                 self.refuse(line.number, error);
-                return false;
+                return Looked { effect: None, is_last: false };
             }
         };
         if self.checked.refused.is_some() {
-            return block.is_end() && !block.is_deleted();
+            return Looked { effect: None, is_last: block.is_end() && !block.is_deleted() };
         }
         self.block(line.number, &block)
     }
 
-    fn block(&mut self, line: u64, block: &Block) -> bool {
+    fn block(&mut self, line: u64, block: &Block) -> Looked {
         let effect = match interpret(&mut self.state, block) {
             Ok(effect) => effect,
             Err(error) => {
                 self.refuse(line, error);
-                return block.is_end();
+                return Looked { effect: None, is_last: block.is_end() };
             }
         };
         let course = effect.action.as_ref().and_then(|action| self.motion(line, block, action));
         self.checked.summary.add(&effect, course.as_ref());
-        effect.flow == Some(Flow::End)
+        Looked { effect: Some(effect), is_last: effect.flow == Some(Flow::End) }
     }
 
     /// Looks at the way of an action that moves.

@@ -1,4 +1,4 @@
-//! G-code programs: read from a file of any size, and looked at as a whole before anything moves.
+//! G-code programs: read from a file of any size, looked at as a whole before anything moves, and run.
 //!
 //! | module | does |
 //! |---|---|
@@ -10,14 +10,24 @@
 //! | [`feed`] | feeds that the stage cannot go |
 //! | [`summary`] | what a program is in figures |
 //! | [`check`] | all of it, once through the program |
+//! | [`ahead`] | lines that are read ahead of the stage |
+//! | [`steps`] | what a line asks of the controller |
+//! | [`runner`] | a program on a stage |
+//! | [`watch`] | what the stage shows meanwhile, tick by tick |
+//! | [`picture`] | the same drawn |
 
+pub(crate) mod ahead;
 pub(crate) mod arc;
 pub(crate) mod check;
 pub(crate) mod course;
 pub(crate) mod feed;
 pub(crate) mod lines;
+pub(crate) mod picture;
+pub(crate) mod runner;
 pub(crate) mod sine;
+pub(crate) mod steps;
 pub(crate) mod summary;
 #[cfg(test)]
 mod tests;
 pub(crate) mod travel;
+pub(crate) mod watch;
