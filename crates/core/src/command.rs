@@ -62,6 +62,8 @@ pub enum Refusal {
     NoCurve,
     /// A feed of nothing.
     NoFeed,
+    /// Whoever plans for this controller plans no programs.
+    NoPlanner,
     /// No program runs that could hold or go on.
     NoProgram,
     /// A feed rate beyond 1 … 200 %.
@@ -98,6 +100,7 @@ impl fmt::Display for Refusal {
                 "there is no such curve; an arc needs its centre equally far from both ends, a sine amplitude, periods and a way"
             ),
             Self::NoFeed => write!(f, "the feed is zero; give one above"),
+            Self::NoPlanner => write!(f, "this board goes through no programs; send single moves"),
             Self::NoProgram => write!(f, "no program runs that could be held or resumed"),
             Self::FeedRate(percent) => write!(f, "a feed rate of {percent} % is not in 1 … 200 %"),
             Self::OutOfTravel { axis, asked, low, high } => write!(

@@ -156,8 +156,12 @@ impl<const N: usize> Controller<N> {
         }
     }
 
-    /// The set-point of the last tick with its speed and acceleration, stage frame; those of a program or a turn, elsewhere
-    /// they are zero.
+    /// What the stage is doing, of this instant.
+    pub fn state(&self) -> State {
+        self.state
+    }
+
+    /// The set-points of the last tick with their speed, acceleration and jerk; of a single move from rest only the places.
     pub fn set_points(&self) -> [SetPoint; N] {
         self.path.set_points()
     }

@@ -1,16 +1,334 @@
-//! Programs in the hands of a controller: on their path within the limits, stopped, held, hurried, and sent elsewhere.
+//! Programs tick by tick: on their path within the limits, exact at every rest, wherever they are held or hurried.
 
 mod walked;
 
-use abbe_core::background::{self, Planner};
-use abbe_core::design::StageSettings;
-use abbe_core::edge::{Actuation, AxisInputs, StepRate};
-use abbe_core::machine::State;
-use abbe_core::plan::Segment;
-use abbe_core::plan::curve::Place;
-use abbe_core::plan::segment::{Feed, Shape};
-use abbe_core::publish::{Fault, Outcome};
-use abbe_core::{Command, Controller, Inputs, Outputs, Pos, Refusal};
+use abbe_core::Pos;
+use abbe_core::plan::Limits;
+use abbe_core::plan::curve::{Curve, Place};
+use abbe_core::plan::program::Program;
+use abbe_core::plan::segment::{Feed, Segment, Shape};
+use abbe_core::plan::span::{Span, Until};
+use abbe_core::plan::steps::Walker;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use std::collections::VecDeque;
 use walked::{STAGE, assert_within};
+
+/// Far from zero, so that numbers wrap.
+const BEGINS: u32 = u32::MAX - 1000;
+
+/// A tick that walks what a program gives it.
+struct Tick {
+    program: Program,
+    now: u32,
+    spans: VecDeque<Span<2>>,
+    walkers: [Walker; 2],
+    /// Up to which tick what is walked holds.
+    until: Option<u32>,
+    places: Vec<Place>,
+}
+
+impl Tick {
+    fn new(from: [Pos; 2], axes: [Limits; 2]) -> Self {
+        let places = vec![from.map(|at| at.pm() as f64)];
+        Self {
+            program: Program::new(from, axes, 1.0, BEGINS.wrapping_add(3)),
+            now: BEGINS,
+            spans: VecDeque::new(),
+            walkers: [Walker::default(); 2],
+            until: None,
+            places,
+        }
+    }
+
+    fn plan(&mut self) {
+        while self.spans.len() < 12 {
+            match self.program.span(self.now).expect("it can be planned") {
+                Some(span) => self.spans.push_back(span),
+                None => break,
+            }
+        }
+    }
+
+    fn cut(&mut self, cut: Option<u32>) {
+        if let Some(cut) = cut {
+            assert!(cut.wrapping_sub(self.now).cast_signed() > 0);
+            self.spans.retain(|span| span.first.wrapping_sub(cut).cast_signed() < 0);
+        }
+    }
+
+    fn tick(&mut self) {
+        self.plan();
+        self.now = self.now.wrapping_add(1);
+        if let Some(span) = self.spans.front().filter(|span| span.first == self.now) {
+            for (walker, leg) in self.walkers.iter_mut().zip(span.legs) {
+                walker.begin(&leg.expect("a program moves both"));
+            }
+            self.until = if let Until::Tick(until) = span.until { Some(until) } else { None };
+            self.spans.pop_front();
+        } else if self.until.is_some() {
+            assert_ne!(self.until, Some(self.now), "nothing comes after {}", self.places.len());
+            self.walkers.iter_mut().for_each(Walker::step);
+        } else {
+            let last = *self.places.last().expect("it began");
+            self.places.push(last);
+            return;
+        }
+        self.places.push(self.walkers.map(|walker| walker.position().pm() as f64));
+    }
+
+    /// Until it stands.
+    fn settle(&mut self) {
+        for _ in 0..300_000 {
+            if self.stands() {
+                return;
+            }
+            self.tick();
+        }
+        panic!("still on its way: {:?} {:?}", self.places.last(), self.program);
+    }
+
+    fn stands(&self) -> bool {
+        self.until.is_none() && self.spans.is_empty()
+    }
+
+    /// Until there is room for another segment.
+    fn make_room(&mut self) {
+        for _ in 0..300_000 {
+            if self.program.has_room() {
+                return;
+            }
+            self.tick();
+        }
+        panic!("no room: {:?}", self.program);
+    }
+
+    /// To the end of all that is known.
+    fn finish(&mut self) {
+        for _ in 0..3_000_000 {
+            self.plan();
+            if self.program.is_done() && self.stands() {
+                (0..5).for_each(|_| self.tick());
+                return;
+            }
+            self.tick();
+        }
+        panic!("still on its way");
+    }
+}
+
+fn pm(place: Place) -> [Pos; 2] {
+    place.map(|at| Pos::from_pm(at as i64))
+}
+
+fn line(to: Place, feed: f64, tolerance: f64) -> Segment {
+    Segment {
+        to: pm(to),
+        feed: Feed::from_pm(feed),
+        tolerance: Pos::from_pm(tolerance as i64),
+        ..Segment::default()
+    }
+}
+
+/// From a place to the nearest one of a curve, by dense sampling between bounds and a search, pm.
+fn beside(curve: &Curve, [x, y]: Place) -> f64 {
+    let off = |way: f64| {
+        let [px, py] = curve.spot(way).at;
+        (px - x).hypot(py - y)
+    };
+    let length = curve.length();
+    let parts = if curve.bend().is_none() { 1 } else { 48 };
+    let part = length / f64::from(parts);
+    let nearest =
+        (0..=parts).map(|k| f64::from(k) * part).min_by(|a, b| off(*a).total_cmp(&off(*b))).unwrap_or(0.0);
+    let (mut low, mut high) = ((nearest - part).max(0.0), (nearest + part).min(length));
+    for _ in 0..60 {
+        let third = (high - low) / 3.0;
+        if off(low + third) < off(high - third) { high -= third } else { low += third }
+    }
+    off(f64::midpoint(low, high))
+}
+
+/// Any program, and its curves.
+fn any_program(random: &mut Pcg64Mcg, count: usize) -> ([Pos; 2], Vec<Segment>, Vec<Curve>) {
+    let length = 10_f64.powf(random.random_range(4.0..8.5));
+    let tolerance =
+        if random.random_range(0..4) == 0 { 0.0 } else { 10_f64.powf(random.random_range(2.0..7.0)) };
+    let feed = 10_f64.powf(random.random_range(4.5..6.5));
+    let from = pm([(); 2].map(|()| random.random_range(1e10..5e10_f64)));
+    let (mut at, mut segments, mut curves) = (from, Vec::new(), Vec::new());
+    let mut angle = random.random_range(0.0..6.0_f64);
+    while segments.len() < count {
+        angle += if random.random_range(0..3) == 0 {
+            random.random_range(-3.0..3.0)
+        } else {
+            random.random_range(-0.2..0.2)
+        };
+        let way = length * random.random_range(0.05..1.0);
+        let place = at.map(|at| at.pm() as f64);
+        let to = pm([place[0] + way * angle.cos(), place[1] + way * angle.sin()]);
+        let shape = match random.random_range(0..12) {
+            0 => Shape::Arc {
+                centre: pm([
+                    f64::midpoint(place[0], to[0].pm() as f64) - way * angle.sin(),
+                    f64::midpoint(place[1], to[1].pm() as f64) + way * angle.cos(),
+                ]),
+                counterclockwise: random.random_range(0..2) == 0,
+            },
+            1 => Shape::Sine {
+                amplitude: Pos::from_pm((way * random.random_range(0.01..0.3)) as i64),
+                periods: random.random_range(1..4),
+                phase: random.random_range(0..360_000_000_000_i64),
+            },
+            _ => Shape::Line,
+        };
+        let segment =
+            Segment { shape, to, feed: Feed::from_pm(feed), tolerance: Pos::from_pm(tolerance as i64) };
+        if let Some(curve) = segment.curve(at) {
+            (at, _) = (to, segments.push(segment));
+            curves.push(curve);
+        }
+    }
+    (from, segments, curves)
+}
+
+fn assert_on_path(places: &[Place], curves: &[Curve], tolerance: f64) {
+    // Sparsely: the search is slow. Along the path, the nearest curve is near the last one.
+    let mut near = 0;
+    for place in places.iter().step_by(1 + places.len() / 200) {
+        let found = (near..curves.len())
+            .map(|number| (number, beside(&curves[number], *place)))
+            .find(|(_, off)| *off <= tolerance + 12.0);
+        let Some((number, _)) = found else {
+            let least = curves.iter().map(|curve| beside(curve, *place)).fold(f64::INFINITY, f64::min);
+            panic!("{least} pm off the path, {tolerance} allowed, near curve {near} of {}", curves.len());
+        };
+        near = number.saturating_sub(1);
+    }
+}
+
+#[test]
+fn programs_stay_on_their_path_within_limits_and_end_exactly() {
+    let mut random = Pcg64Mcg::seed_from_u64(1);
+    let axes = [STAGE, Limits { speed: 5e5, acceleration: 2000.0, ..STAGE }];
+    for number in 0..80 {
+        let count = if number % 10 == 0 { 300 } else { random.random_range(1..20) };
+        let (from, segments, curves) = any_program(&mut random, count);
+        let mut tick = Tick::new(from, axes);
+        for segment in &segments {
+            tick.make_room();
+            tick.program.take(segment).expect("it is one");
+        }
+        tick.finish();
+        assert_within(&tick.places, &axes);
+        assert_on_path(&tick.places, &curves, segments[0].tolerance.pm() as f64);
+        assert_eq!(pm(*tick.places.last().unwrap()), segments.last().unwrap().to, "program {number}");
+    }
+}
+
+/// Held, resumed and told another feed at any time, a program leaves its path no more than without, keeps its limits,
+/// and comes to its end.
+#[test]
+fn programs_are_held_and_hurried_within_limits_and_on_their_path() {
+    let mut random = Pcg64Mcg::seed_from_u64(2);
+    let axes = [STAGE; 2];
+    let (mut holds, mut rates) = (0, 0);
+    for number in 0..100 {
+        let count = if number % 10 == 0 { 200 } else { random.random_range(1..20) };
+        let (from, segments, curves) = any_program(&mut random, count);
+        let mut tick = Tick::new(from, axes);
+        let mut waiting = segments.iter();
+        let mut left = 0;
+        for _ in 0..400_000 {
+            while tick.program.has_room()
+                && let Some(segment) = waiting.next()
+            {
+                tick.program.take(segment).expect("it is one");
+            }
+            if left == 0 {
+                left = random.random_range(1..4000);
+                let start = tick.now.wrapping_add(20);
+                let cut = match random.random_range(0..3) {
+                    0 => {
+                        rates += 1;
+                        tick.program.set_rate(random.random_range(0.1..2.0), start)
+                    }
+                    _ if tick.program.is_held() => {
+                        tick.program.go_on();
+                        None
+                    }
+                    _ => {
+                        holds += 1;
+                        tick.program.rest(start)
+                    }
+                };
+                tick.cut(cut);
+            }
+            left -= 1;
+            tick.tick();
+            if tick.program.is_done() && tick.stands() && waiting.len() == 0 {
+                break;
+            }
+        }
+        tick.program.go_on();
+        tick.cut(None);
+        while let Some(segment) = waiting.next() {
+            tick.make_room();
+            tick.program.take(segment).expect("it is one");
+        }
+        tick.finish();
+        assert_within(&tick.places, &axes);
+        assert_on_path(&tick.places, &curves, segments[0].tolerance.pm() as f64);
+        assert_eq!(pm(*tick.places.last().unwrap()), segments.last().unwrap().to, "program {number}");
+    }
+    assert!(holds > 100 && rates > 60, "{holds} {rates}");
+}
+
+/// A hold on a line brakes with full jerk and acceleration, and at once.
+#[test]
+fn a_hold_takes_no_longer_than_the_limits_ask() {
+    let mut tick = Tick::new([Pos::ZERO; 2], [STAGE; 2]);
+    tick.program.take(&line([1e10, 0.0], 2e6, 0.0)).expect("it is one");
+    (0..2000).for_each(|_| tick.tick());
+    let cut = tick.program.rest(tick.now.wrapping_add(20));
+    assert_eq!(cut, Some(tick.now.wrapping_add(20)));
+    tick.cut(cut);
+    let held_at = tick.places.len();
+    tick.settle();
+    // 20 mm/s at 500 mm/s² and 20 m/s³: 40 + 25 ms, after the 2 ms that a planner has.
+    let ticks = tick.places.len() - held_at;
+    assert!((665..=675).contains(&ticks), "{ticks}");
+    assert_within(&tick.places, &[STAGE; 2]);
+    tick.program.go_on();
+    tick.finish();
+    assert_eq!(tick.places.last(), Some(&[1e10, 0.0]));
+    assert_within(&tick.places, &[STAGE; 2]);
+}
+
+/// A polygon of short lines that is gone along without stopping can also be left within a few of them.
+#[test]
+fn a_hold_among_short_lines_slows_down_through_their_corners() {
+    let on = |k: u32| {
+        let angle = f64::from(k) * 0.01;
+        [1e10 * angle.cos(), 1e10 * angle.sin()].map(f64::round)
+    };
+    let mut tick = Tick::new(pm(on(0)), [STAGE; 2]);
+    let mut next = 1;
+    for _ in 0..60_000 {
+        if tick.program.has_room() && next < 500 {
+            tick.program.take(&line(on(next), 1e6, 1e6)).expect("it is one");
+            next += 1;
+        }
+        tick.tick();
+        if next == 400 {
+            break;
+        }
+    }
+    let cut = tick.program.rest(tick.now.wrapping_add(20));
+    tick.cut(cut);
+    let (held_at, place) = (tick.places.len(), *tick.places.last().unwrap());
+    tick.settle();
+    let way = (tick.places.last().unwrap()[0] - place[0]).hypot(tick.places.last().unwrap()[1] - place[1]);
+    println!("{} ticks, {:.3} mm", tick.places.len() - held_at, way / 1e9);
+    assert_within(&tick.places, &[STAGE; 2]);
+}

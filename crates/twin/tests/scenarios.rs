@@ -7,7 +7,7 @@
 
 mod preset;
 
-use abbe_core::background;
+use abbe_core::background::Planner;
 use abbe_core::edge::{Actuation, StepRate};
 use abbe_core::{Accepted, Command, Controller, Outputs, Refusal, Status};
 use abbe_twin::script::{self, Player, Stage};
@@ -16,6 +16,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 struct Scenario {
+    planner: Planner,
     controller: Controller<2>,
     twin: Twin,
     outputs: Outputs<2>,
@@ -40,6 +41,7 @@ impl Scenario {
         let config = settings.build().unwrap();
         Self {
             controller: Controller::new(config),
+            planner: Planner::default(),
             twin: Twin::standing_at(&plant, &config, number("seed", 1.0) as u64, at),
             outputs: Outputs::OFF,
             tick_hz: settings.tick_hz,
@@ -67,7 +69,7 @@ impl Stage for Scenario {
     fn tick(&mut self) -> Result<(), String> {
         let inputs = self.twin.step(&self.outputs);
         self.outputs = self.controller.tick(&inputs);
-        background::advance(&mut self.controller);
+        self.planner.advance(&mut self.controller);
         self.check_invariants()
     }
 

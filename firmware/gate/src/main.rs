@@ -12,10 +12,12 @@ use core::fmt::Write;
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
+use abbe_core::background::Planner;
 use abbe_core::command::axis_name;
 use abbe_core::compensate::{ErrorMap, MapError};
 use abbe_core::design::StageSettings;
 use abbe_core::edge::StepRate;
+use abbe_core::front::compare::{Counted, Fired, Places, PlacesError, Sampled, When};
 use abbe_core::front::quadrature::{FilterError, filter_for, levels};
 use abbe_core::front::{Decode, DecoderWords, QuadratureCounter, Runs, Setup, StepEmitter, emitter};
 use abbe_core::machine::{Event, State, transition};
@@ -24,10 +26,14 @@ use abbe_core::plan::chords::{Chords, Wave, WaveError};
 use abbe_core::plan::compare::{Arc, Axis, Circle, CircleError, Line, Step, TooFar, Turn};
 use abbe_core::plan::corner::Corner;
 use abbe_core::plan::curve::{self, Curve};
+use abbe_core::plan::elsewhere::turn;
 use abbe_core::plan::pieces::{Along, Piece};
+use abbe_core::plan::scan::{Lines, Order, Scan, ScanError};
+use abbe_core::plan::segment::{Feed, Shape};
+use abbe_core::plan::span::Batch;
 use abbe_core::plan::steps::{Steps, Stride, Walker};
 use abbe_core::plan::transfer::{Infeasible, State as Motion, Transfer, together};
-use abbe_core::plan::{Limits, LinePlan};
+use abbe_core::plan::{Limits, LinePlan, Segment};
 use abbe_core::publish::{End, Fault, HomingFailure};
 use abbe_core::{Command, Controller, Counts, Inputs, Outputs, Pos, Refusal, background};
 use abbe_proto::gcode::{self, Modes};
@@ -50,7 +56,9 @@ fn every_public_entry() {
     map();
     point_by_point();
     plans();
+    planner();
     front();
+    compared();
     words();
     programs();
 }
@@ -69,11 +77,38 @@ fn controller<const N: usize>(mut controller: Controller<N>) {
         black_box(controller.status());
         black_box(controller.config());
         black_box(controller.wanted_plan());
+        black_box((controller.state(), controller.set_points()));
+        asked(&mut controller);
         if let Some(plan) = background::advance(black_box(&mut controller)) {
             background::repeat(black_box(&mut controller), &black_box(plan));
         }
         black_box(&controller.set_error_map(black_box(0), black_box(Some(ErrorMap::NONE))));
         plan(&mut controller);
+    }
+}
+
+/// What a planner asks for and hands over.
+fn asked<const N: usize>(controller: &mut Controller<N>) {
+    black_box((controller.program(), controller.segment(black_box(0)), controller.room()));
+    if let Some(request) = black_box(controller.wanted_turn()) {
+        black_box(&turn(&request.going, &request.to, &request.limits, request.start));
+    }
+    black_box(controller.take_spans(black_box(&Batch::default())));
+}
+
+/// A planner with a memory, for a stage of two axes.
+fn planner() {
+    let Ok(config) = black_box(StageSettings::<2>::default()).build() else { return };
+    let mut controller = Controller::new(config);
+    let mut planner = black_box(Planner::default());
+    while black_box(true) {
+        let shapes = [Shape::Line, Shape::Arc { centre: [Pos::ZERO; 2], counterclockwise: true }];
+        for shape in black_box(shapes) {
+            let segment = Segment { shape, feed: Feed::from_pm(black_box(1.0)), ..Segment::default() };
+            black_box((segment.curve(black_box([Pos::ZERO; 2])), segment.feed.pm()));
+            black_box(&controller.command(black_box(Command::Go(segment))));
+        }
+        black_box(&planner.advance(black_box(&mut controller)));
     }
 }
 
@@ -181,6 +216,10 @@ fn plans() {
     for motion in black_box(planned).into_iter().flatten() {
         black_box((motion.at(black_box(0.0)), motion.ticks(), motion.start(), motion.end(), motion.phases()));
         _ = black_box(motion.lasting(&limits, black_box(0.0)));
+        black_box((
+            motion.is_forward(black_box(0.0)),
+            Transfer::to_speed(from, black_box(1.0), &limits).is_ok(),
+        ));
         steps(&motion);
     }
     match together(&black_box([from; 2]), &[to; 2], &[limits; 2]) {
@@ -189,6 +228,7 @@ fn plans() {
     }
     curves(&limits);
     chained(&limits);
+    scans(&limits);
 }
 
 fn steps(motion: &Transfer) {
@@ -212,6 +252,7 @@ fn curves(limits: &Limits) {
             curve.spot(black_box(0.0)),
             curve.limits(&[*limits; 2], 1.0),
         ));
+        curve.turning_points(&mut |place| _ = black_box(place));
         let Ok(along) = Along::fastest(curve, &[*limits; 2], black_box(1.0)) else { continue };
         black_box(along.ticks());
         for piece in along.pieces() {
@@ -239,6 +280,30 @@ fn chained(limits: &Limits) {
         black_box(corner.pieces(black_box(0.0)));
     }
     _ = black_box(chain::walk(black_box(&places), &manner, corners, |piece| walk_piece(Some(piece))));
+}
+
+fn scans(limits: &Limits) {
+    for (lines, order) in
+        black_box([(Lines::Number(2), Order::Serpentine), (Lines::Pitch(Pos::ZERO), Order::FlyBack)])
+    {
+        let corners = black_box([[Pos::ZERO; 2]; 2]);
+        let scan = black_box(Scan { corners, fast: Axis::X, lines, order, speed: 1.0, settle: 1 });
+        let plan = match scan.plan(&[*limits; 2]) {
+            Ok(plan) => black_box(plan),
+            Err(error) => {
+                _ = write!(Nowhere, "{}", black_box::<ScanError>(error));
+                continue;
+            }
+        };
+        black_box((plan.ticks(), plan.lines(), plan.start(), plan.end(), plan.room(), plan.extent()));
+        black_box(plan.line(black_box(0)));
+        if let Err(error) = plan.fits(&corners) {
+            _ = write!(Nowhere, "{}", black_box(error));
+        }
+        for piece in plan.pieces() {
+            walk_piece(black_box(piece));
+        }
+    }
 }
 
 fn too_far(error: &TooFar) {
@@ -295,6 +360,24 @@ fn front() {
     black_box(words.as_slice());
     let mut decoder = black_box(DecoderWords::new(black_box(1)));
     black_box(decoder.read(black_box(2), black_box(&[3, 4]), black_box(true)));
+}
+
+fn compared() {
+    let places = black_box(Places { first: 0, pitch: 1, number: 1, when: When::Both, play: 0 });
+    let told = |fired: &Fired| _ = black_box((fired.as_slice(), fired.lost));
+    match Counted::new(places, black_box(0), black_box(0)) {
+        Ok(counted) => {
+            let mut counted = black_box(counted);
+            told(&counted.count(black_box(1), black_box(2)));
+            let mut decoder = black_box(QuadratureCounter::new(black_box(3), black_box(false), false));
+            counted.follow(&mut decoder, black_box(4), told);
+            black_box((decoder.due(), decoder.counter()));
+        }
+        Err(error) => _ = write!(Nowhere, "{}", black_box::<PlacesError>(error)),
+    }
+    if let Ok(sampled) = Sampled::new(places, black_box(0), black_box(Pos::ZERO)) {
+        told(&black_box(sampled).sample(black_box(1), black_box(Pos::ZERO)));
+    }
 }
 
 fn programs() {

@@ -3,6 +3,7 @@
 //! 0.1 µm counts at 20 mm/s are 200 000 edges a second; no tick could decode them. A board does this in hardware
 //! (an HCTL-2032, or PIO programs); the models here are exact and are fed edge by edge.
 
+pub mod compare;
 pub mod emitter;
 pub mod quadrature;
 pub mod setup;

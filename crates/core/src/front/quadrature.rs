@@ -211,6 +211,18 @@ impl QuadratureCounter {
         }
     }
 
+    /// When the next level passes, if one is waiting: whoever needs each count with its time advances to this.
+    #[inline]
+    pub fn due(&self) -> Option<u64> {
+        (self.next != NEVER).then_some(self.next)
+    }
+
+    /// The counter as it stands, with what has passed.
+    #[inline]
+    pub fn counter(&self) -> u32 {
+        self.reading.counter
+    }
+
     /// The soonest time at which a pin passes.
     #[inline]
     fn schedule(&mut self) {

@@ -17,6 +17,7 @@ pub mod program;
 pub mod ramp;
 pub mod ring;
 mod root;
+pub mod scan;
 pub mod segment;
 pub mod span;
 pub mod steps;

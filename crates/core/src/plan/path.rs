@@ -188,11 +188,12 @@ impl<const N: usize> Path<N> {
 
     #[cold]
     fn slowing(&self) -> Motion<N> {
-        let set_points = self.walkers.map(|walker| walker.set_point());
-        // From 38 and 46 fractional bits.
-        let ramps = set_points.map(|SetPoint { speed, acceleration, .. }| Ramp {
-            speed: speed >> (38 - GLIDE_BITS),
-            acceleration: acceleration >> (46 - GLIDE_BITS),
+        let ramps = self.walkers.map(|walker| {
+            let SetPoint { speed, acceleration, jerk, .. } = walker.set_point();
+            // From 38, 46 and 50 fractional bits; a ramp knows the last differences, not derivatives.
+            let bits = [38, 46, 50].map(|bits: u32| bits.saturating_sub(GLIDE_BITS));
+            let [v, a, j] = [speed >> bits[0], acceleration >> bits[1], jerk >> bits[2]];
+            Ramp { speed: v.wrapping_sub(a >> 1).wrapping_add(j / 6), acceleration: a.wrapping_sub(j) }
         });
         Motion::Slowing { ramps, rests: [0; N] }
     }

@@ -47,7 +47,7 @@ pub struct Steps {
 }
 
 /// Longest motion: 3.7 hours at 10 kHz.
-const LONGEST: f64 = 134_217_728.0;
+pub(super) const LONGEST: f64 = 134_217_728.0;
 
 impl Steps {
     /// Lays a motion out from tick 0, at which it is where it begins. None if it lasts longer than 2²⁷ ticks, or is somewhere

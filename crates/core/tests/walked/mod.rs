@@ -6,9 +6,11 @@ use abbe_core::plan::pieces::Piece;
 use abbe_core::plan::steps::Walker;
 
 /// A stage's limits at 10 kHz, pm and ticks: 20 mm/s, 0.5 m/s², 20 m/s³.
+#[allow(dead_code, reason = "some have a stage of their own")]
 pub(crate) const STAGE: Limits = Limits { speed: 2e6, acceleration: 5000.0, jerk: 20.0 };
 
 /// The set-points of all ticks and of a few beyond, pm.
+#[allow(dead_code, reason = "not every test walks pieces")]
 pub(crate) fn walked(pieces: &[Piece], ticks: f64) -> Vec<Place> {
     let (mut walkers, mut next) = ([Walker::default(); 2], 0);
     (0..=ticks.ceil() as u32 + 5)

@@ -3,9 +3,10 @@
 use std::fs;
 use std::path::Path;
 
+use abbe_core::background::Planner;
 use abbe_core::compensate::ErrorMap;
 use abbe_core::design::StageSettings;
-use abbe_core::{Accepted, Command, Controller, Outputs, Pos, Refusal, Status, background};
+use abbe_core::{Accepted, Command, Controller, Outputs, Pos, Refusal, Status};
 use abbe_proto::record::{Encoder, Event, LONGEST_BLOCK, Sink, stage};
 use abbe_twin::script::{self, Player, Stage};
 use abbe_twin::{Plant, Twin, preset};
@@ -66,6 +67,7 @@ impl Sink for Blocks {
 /// A controller and a twin, and everything that happens to the controller written down.
 struct Recorded {
     controller: Controller<2>,
+    planner: Planner,
     twin: Twin,
     outputs: Outputs<2>,
     tick_hz: f64,
@@ -81,6 +83,7 @@ impl Recorded {
         let config = settings.build().map_err(|error| anyhow!("{error}"))?;
         let mut recorded = Self {
             controller: Controller::new(config),
+            planner: Planner::default(),
             twin: Twin::standing_at(&plant, &config, stage.seed, stage.at_mm),
             outputs: Outputs::OFF,
             tick_hz: settings.tick_hz,
@@ -122,8 +125,8 @@ impl Stage for Recorded {
         self.outputs = self.controller.tick(&inputs);
         let Ok(()) = self.encoder.outputs(&self.outputs);
         self.ticks += 1;
-        if let Some(plan) = background::advance(&mut self.controller) {
-            self.write(&plan.into());
+        if let Some(done) = self.planner.advance(&mut self.controller) {
+            self.write(&done.into());
         }
         Ok(())
     }

@@ -11,6 +11,7 @@ pub use play::{PlayError, Player, Stage};
 
 use crate::Event;
 use abbe_core::machine::State;
+use abbe_core::plan::Segment;
 use abbe_core::sense::health::Grade;
 use abbe_core::{Command, Pos};
 
@@ -30,6 +31,8 @@ pub enum Step {
     Do(Command<2>),
     /// Ask the controller, and go on.
     Ask(Command<2>),
+    /// A segment of a program, as soon as there is room for it, at a feed, mm/s, or as fast as the axes can go.
+    Go(Segment, Option<f64>),
     /// Let time pass, s.
     Wait(f64),
     /// Wait until the controller is no longer busy.

@@ -4,6 +4,8 @@ use super::{Expectation, Line, Step, Within};
 use crate::Event;
 use crate::analogue::{Channel, Dirt, HeadEvent};
 use abbe_core::machine::{STATES, State};
+use abbe_core::plan::Segment;
+use abbe_core::plan::segment::{Feed, Shape};
 use abbe_core::sense::health::Grade;
 use abbe_core::{Command, Pos};
 
@@ -54,6 +56,12 @@ fn step(words: &[&str]) -> Result<Step, String> {
         ["disable"] => Step::Ask(Command::Disable),
         ["reset"] => Step::Ask(Command::Reset),
         ["stop"] => Step::Ask(Command::Stop),
+        ["hold"] => Step::Ask(Command::Hold),
+        ["resume"] => Step::Ask(Command::Resume),
+        ["feed", "rate", percent] => {
+            Step::Ask(Command::FeedRate(whole(percent, u32::from(u16::MAX))? as u16))
+        }
+        ["line" | "arc" | "sine", ..] => go(words)?,
         ["repeat", times, rest @ ..] if !rest.is_empty() => {
             Step::Repeat(whole(times, MOST_TIMES)?, Box::new(step(rest)?))
         }
@@ -64,6 +72,34 @@ fn step(words: &[&str]) -> Result<Step, String> {
         ["expect", rest @ ..] => Step::Expect(expectation(rest)?),
         _ => Step::Happen(event(words)?),
     })
+}
+
+/// A segment of a program; `feed F` and `corner UM` may stand at its end.
+fn go(words: &[&str]) -> Result<Step, String> {
+    let mut segment = Segment { feed: Feed::RAPID, ..Segment::default() };
+    let (mut feed, mut left) = (None, words);
+    while let [rest @ .., word @ ("feed" | "corner"), value] = left {
+        match *word {
+            "feed" => feed = Some(number(value)?),
+            _ => segment.tolerance = Pos::from_um(number(value)?),
+        }
+        left = rest;
+    }
+    let (x, y) = match *left {
+        ["line", x, y] => (x, y),
+        ["arc", x, y, "about", cx, cy, turn @ ("cw" | "ccw")] => {
+            segment.shape = Shape::Arc { centre: [mm(cx)?, mm(cy)?], counterclockwise: turn == "ccw" };
+            (x, y)
+        }
+        ["sine", x, y, "amplitude", um, "periods", periods] => {
+            let amplitude = Pos::from_um(number(um)?);
+            segment.shape = Shape::Sine { amplitude, periods: whole(periods, MOST_TIMES)?, phase: 0 };
+            (x, y)
+        }
+        _ => return Err(unknown(words)),
+    };
+    segment.to = [mm(x)?, mm(y)?];
+    Ok(Step::Go(segment, feed))
 }
 
 fn event(words: &[&str]) -> Result<Event, String> {
@@ -137,10 +173,11 @@ fn expectation(words: &[&str]) -> Result<Expectation, String> {
 }
 
 /// The words that a line may begin with.
-const FIRST: [&str; 32] = [
-    "home", "enable", "disable", "move", "start", "stop", "reset", "wait", "settle", "repeat", "pull",
-    "plug", "jam", "free", "push", "shift", "break", "press", "release", "drive", "skip", "host", "expect",
-    "dirt", "clean", "light", "noise", "amplify", "stick", "unstick", "lose", "chatter",
+const FIRST: [&str; 38] = [
+    "line", "arc", "sine", "hold", "resume", "feed", "home", "enable", "disable", "move", "start", "stop",
+    "reset", "wait", "settle", "repeat", "pull", "plug", "jam", "free", "push", "shift", "break", "press",
+    "release", "drive", "skip", "host", "expect", "dirt", "clean", "light", "noise", "amplify", "stick",
+    "unstick", "lose", "chatter",
 ];
 
 fn unknown(words: &[&str]) -> String {

@@ -2,8 +2,11 @@
 
 use super::{Expectation, Step, Within};
 use crate::{DigitalHead, Event, Twin};
+use abbe_core::plan::Segment;
+use abbe_core::plan::segment::Feed;
 use abbe_core::publish::{End, Fault, HomingFailure};
 use abbe_core::sense::health::SignalFault;
+use abbe_core::units::PM_PER_MM;
 use abbe_core::{Accepted, Command, Pos, Refusal, Status};
 
 /// Nothing is waited for longer, s of the stage's time.
@@ -122,6 +125,7 @@ impl<S: Stage> Player<S> {
                 self.settle()?;
             }
             Step::Ask(command) => self.command(*command),
+            Step::Go(segment, feed) => self.go(*segment, *feed)?,
             Step::Wait(seconds) => self.run(*seconds, |_| false)?,
             Step::Settle => self.settle()?,
             Step::WaitUntilFault => self.run(LONGEST_S, |stage| stage.status().fault.is_some())?,
@@ -192,6 +196,20 @@ impl<S: Stage> Player<S> {
             _ => self.line[0],
         };
         self.worst_off_line_um = 0.0;
+    }
+
+    /// The controller takes a few segments at a time.
+    fn go(&mut self, mut segment: Segment, feed_mm_s: Option<f64>) -> Result<(), PlayError<S::Error>> {
+        if let Some(feed) = feed_mm_s {
+            segment.feed = Feed::from_pm(feed * PM_PER_MM / self.stage.tick_hz());
+        }
+        let mut answer = self.stage.command(Command::Go(segment));
+        while answer == Err(Refusal::QueueFull) {
+            self.tick()?;
+            answer = self.stage.command(Command::Go(segment));
+        }
+        self.refused = answer.err().map(|refusal| refusal.to_string());
+        Ok(())
     }
 
     fn event(&mut self, event: Event) -> Result<(), DigitalHead> {

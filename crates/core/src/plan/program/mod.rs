@@ -182,8 +182,9 @@ impl Program {
     fn decide(&mut self, now: u32) -> Result<(), Infeasible> {
         self.keep_times_short();
         if self.rests() {
-            // At a tick, and not in the past.
-            self.time = libm::ceil(self.time.max(self.since(now) + 2.0));
+            // At a tick, behind that of the rest, and not in the past.
+            let rested = if self.parts.is_empty() { self.time } else { libm::ceil(self.time) + 1.0 };
+            self.time = rested.max(self.since(now) + 2.0);
         }
         let decided = self.next_block(self.next, self.state).ok_or(Infeasible::End)?;
         for run in decided.runs.into_iter().flatten() {

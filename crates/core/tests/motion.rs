@@ -1,0 +1,404 @@
+//! Programs and turns in the hands of the whole controller.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod ideal;
+mod walked;
+
+use abbe_core::background::{self, Done, Planner};
+use abbe_core::design::StageSettings;
+use abbe_core::machine::State;
+use abbe_core::plan::Limits;
+use abbe_core::plan::curve::Place;
+use abbe_core::plan::segment::{Feed, Segment, Shape};
+use abbe_core::publish::{Fault, Outcome};
+use abbe_core::{Command, Controller, Outputs, Pos, Refusal, Status};
+use ideal::Ideal;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use walked::assert_within;
+
+struct Bench {
+    plant: Ideal,
+    controller: Controller<2>,
+    planner: Planner,
+    outputs: Outputs<2>,
+    /// Set-points since the last look, pm.
+    places: Vec<Place>,
+    /// Nobody plans.
+    alone: bool,
+}
+
+impl Bench {
+    fn homed() -> Self {
+        let config = StageSettings::<2>::default().build().unwrap();
+        let mut bench = Self {
+            plant: Ideal::new(),
+            controller: Controller::new(config),
+            planner: Planner::default(),
+            outputs: Outputs::OFF,
+            places: Vec::new(),
+            alone: false,
+        };
+        bench.tick();
+        bench.ask(Command::Home);
+        bench.settle();
+        assert_eq!(bench.status().state, State::Ready, "{:?}", bench.status().fault);
+        bench.places.clear();
+        bench.keep();
+        bench
+    }
+
+    fn tick(&mut self) {
+        let inputs = self.plant.step(&self.outputs);
+        self.outputs = self.controller.tick(&inputs);
+        if !self.alone {
+            self.planner.advance(&mut self.controller);
+        }
+        self.keep();
+    }
+
+    fn keep(&mut self) {
+        self.places.push(self.status().axes.map(|axis| axis.set_point.pm() as f64));
+    }
+
+    fn run(&mut self, ticks: u32) {
+        (0..ticks).for_each(|_| self.tick());
+    }
+
+    fn settle(&mut self) {
+        self.tick();
+        for _ in 0..600_000 {
+            if !self.status().state.is_busy() {
+                return;
+            }
+            self.tick();
+        }
+        panic!("still {}", self.status().state);
+    }
+
+    fn ask(&mut self, command: Command<2>) {
+        self.controller.command(command).unwrap();
+    }
+
+    fn status(&self) -> Status<2> {
+        self.controller.status()
+    }
+
+    fn limits(&self) -> [Limits; 2] {
+        self.controller.config().axes.map(|axis| axis.limits)
+    }
+
+    /// All segments, as there is room for them.
+    fn go(&mut self, segments: &[Segment]) {
+        for segment in segments {
+            while self.controller.command(Command::Go(*segment)) == Err(Refusal::QueueFull) {
+                self.tick();
+            }
+        }
+    }
+
+    fn outcome(&self) -> Outcome {
+        self.status().last_move.unwrap().outcome
+    }
+
+    fn assert_moved_within_limits(&self) {
+        assert_within(&self.places, &self.limits());
+    }
+}
+
+fn mm(x: f64, y: f64) -> [Pos; 2] {
+    [Pos::from_mm(x), Pos::from_mm(y)]
+}
+
+fn line(x: f64, y: f64, tolerance_um: f64) -> Segment {
+    let tolerance = Pos::from_um(tolerance_um);
+    Segment { to: mm(x, y), feed: Feed::RAPID, tolerance, ..Segment::default() }
+}
+
+fn circle(x: f64, y: f64, radius: f64, counterclockwise: bool) -> Segment {
+    let shape = Shape::Arc { centre: mm(x + radius, y), counterclockwise };
+    Segment { shape, to: mm(x, y), feed: Feed::from_pm(1e6), ..Segment::default() }
+}
+
+#[test]
+fn a_program_is_one_move_that_ends_where_it_should() {
+    let mut bench = Bench::homed();
+    let before = bench.status().move_number;
+    let path = [line(4.0, 4.0, 5.0), line(8.0, 4.0, 5.0), line(8.0, 8.0, 0.0), circle(8.0, 8.0, 1.0, true)];
+    bench.go(&path);
+    assert_eq!(bench.controller.command(Command::Home), Err(Refusal::Busy(State::Moving)));
+    bench.settle();
+    let status = bench.status();
+    assert_eq!((status.state, bench.outcome()), (State::Ready, Outcome::Arrived));
+    assert_eq!((status.move_number, status.last_move.unwrap().number), (before + 1, before + 1));
+    assert_eq!(status.axes.map(|axis| axis.set_point), mm(8.0, 8.0));
+    assert_eq!(status.axes.map(|axis| axis.target), mm(8.0, 8.0));
+    bench.assert_moved_within_limits();
+    // 3 mm further: a relative move starts from the last target.
+    bench.ask(Command::MoveBy(mm(1.0, 0.0)));
+    bench.settle();
+    assert_eq!(bench.status().axes[0].set_point, Pos::from_mm(9.0));
+}
+
+#[test]
+fn segments_that_cannot_be_gone_are_refused_and_change_nothing() {
+    let mut bench = Bench::homed();
+    let go = |bench: &mut Bench, segment| bench.controller.command(Command::Go(segment));
+    bench.ask(Command::MoveTo(mm(2.0, 2.0)));
+    bench.settle();
+    let refused = go(&mut bench, line(2.0, 1e3, 0.0));
+    assert!(matches!(refused, Err(Refusal::OutOfTravel { axis: 1, .. })), "{refused:?}");
+    // The ends lie within the travel, the arc bulges out of it to -1 mm.
+    let bulging = Segment {
+        shape: Shape::Arc { centre: mm(1.0, 2.0), counterclockwise: true },
+        to: mm(2.0, 2.0),
+        ..circle(0.0, 0.0, 1.0, true)
+    };
+    assert_eq!(go(&mut bench, bulging), Ok(abbe_core::Accepted { move_number: 2 }));
+    bench.settle();
+    let shape = Shape::Arc { centre: mm(0.5, 2.0), counterclockwise: true };
+    let refused = go(&mut bench, Segment { shape, ..bulging });
+    let Err(Refusal::OutOfTravel { axis: 0, asked, .. }) = refused else { panic!("{refused:?}") };
+    assert!((asked - Pos::from_mm(-1.0)).abs() <= Pos::from_pm(2), "{asked:?}");
+    let shape = Shape::Arc { centre: mm(0.5, 2.5), counterclockwise: true };
+    assert_eq!(go(&mut bench, Segment { shape, to: mm(2.0, 3.5), ..bulging }), Err(Refusal::NoCurve));
+    let shape = Shape::Sine { amplitude: Pos::from_mm(2.5), periods: 3, phase: 0 };
+    let refused = go(&mut bench, Segment { shape, to: mm(6.0, 2.0), ..bulging });
+    assert!(matches!(refused, Err(Refusal::OutOfTravel { axis: 1, .. })), "{refused:?}");
+    let shape = Shape::Sine { amplitude: Pos::ZERO, periods: 3, phase: 0 };
+    assert_eq!(go(&mut bench, Segment { shape, to: mm(6.0, 2.0), ..bulging }), Err(Refusal::NoCurve));
+    assert_eq!(
+        go(&mut bench, Segment { feed: Feed::default(), ..line(3.0, 3.0, 0.0) }),
+        Err(Refusal::NoFeed)
+    );
+    for command in [Command::Hold, Command::Resume] {
+        assert_eq!(bench.controller.command(command), Err(Refusal::NoProgram));
+    }
+    for percent in [0, 201] {
+        assert_eq!(bench.controller.command(Command::FeedRate(percent)), Err(Refusal::FeedRate(percent)));
+    }
+    bench.run(100);
+    assert_eq!((bench.status().state, bench.status().move_number), (State::Ready, 2));
+    assert_eq!(bench.status().axes.map(|axis| axis.set_point), mm(2.0, 2.0));
+    let mut cold = Controller::<2>::new(*bench.controller.config());
+    cold.tick(&abbe_core::Inputs::at_rest(1));
+    assert_eq!(cold.command(Command::Go(line(1.0, 1.0, 0.0))), Err(Refusal::DrivesOff));
+}
+
+#[test]
+fn a_queue_that_is_full_says_so_and_takes_the_segment_later() {
+    let mut bench = Bench::homed();
+    let mut taken = 0;
+    while bench.controller.command(Command::Go(line(1.0 + f64::from(taken) * 0.01, 1.0, 1.0))).is_ok() {
+        taken += 1;
+    }
+    assert_eq!(taken as usize, abbe_core::controller::QUEUE);
+    let refused = bench.controller.command(Command::Go(line(1.0, 1.0, 1.0)));
+    assert_eq!(refused, Err(Refusal::QueueFull));
+    bench.tick();
+    bench.go(&[line(1.0, 1.0, 1.0)]);
+    bench.settle();
+    assert_eq!(bench.status().axes.map(|axis| axis.set_point), mm(1.0, 1.0));
+    bench.assert_moved_within_limits();
+}
+
+#[test]
+fn a_stop_brakes_on_the_path_and_forgets_the_rest() {
+    let mut random = Pcg64Mcg::seed_from_u64(3);
+    for _ in 0..20 {
+        let mut bench = Bench::homed();
+        bench.go(&[
+            line(3.0, 3.0, 20.0),
+            line(6.0, 3.0, 20.0),
+            line(6.0, 6.0, 20.0),
+            circle(6.0, 6.0, 1.0, false),
+        ]);
+        bench.run(random.random_range(1..9000));
+        bench.ask(Command::Stop);
+        bench.settle();
+        assert_eq!((bench.status().state, bench.outcome()), (State::Ready, Outcome::Stopped));
+        // The last is the reading, which is taken for the target.
+        _ = bench.places.pop();
+        bench.assert_moved_within_limits();
+        let held = bench.status().axes.map(|axis| axis.set_point);
+        bench.run(3000);
+        assert_eq!(bench.status().axes.map(|axis| axis.set_point), held);
+        // On one of the lines, or on the circle; after the stop the target is the reading, within a count.
+        let [x, y] = held.map(Pos::mm);
+        let off =
+            [(x - y).abs() / 1.4, (y - 3.0).abs(), (x - 6.0).abs(), ((x - 7.0).hypot(y - 6.0) - 1.0).abs()];
+        let off = off.into_iter().fold(f64::INFINITY, f64::min);
+        assert!(off < 0.0205, "{off} mm off the path at {x} {y}");
+        bench.ask(Command::MoveTo(mm(1.0, 2.0)));
+        bench.settle();
+        assert_eq!(bench.outcome(), Outcome::Arrived);
+    }
+}
+
+#[test]
+fn a_program_rests_while_it_is_held_and_goes_on() {
+    let mut bench = Bench::homed();
+    bench.go(&[line(8.0, 1.0, 0.0), line(8.0, 3.0, 0.0)]);
+    bench.run(2500);
+    bench.ask(Command::Hold);
+    bench.run(2000);
+    let status = bench.status();
+    assert!(status.held && status.state == State::Moving);
+    let at = status.axes.map(|axis| axis.set_point);
+    // Longer than a plan may be missing.
+    bench.run(2 * background::PLAN_MISSING_TICKS);
+    assert_eq!(bench.status().axes.map(|axis| axis.set_point), at);
+    assert!(at[0] > Pos::from_mm(0.5) && at[0] < Pos::from_mm(8.0));
+    bench.ask(Command::FeedRate(50));
+    bench.ask(Command::Resume);
+    bench.settle();
+    assert_eq!(bench.outcome(), Outcome::Arrived);
+    assert_eq!(bench.status().feed_rate, 50);
+    assert_eq!(bench.status().axes.map(|axis| axis.set_point), mm(8.0, 3.0));
+    bench.assert_moved_within_limits();
+}
+
+/// Stopped, held, hurried and sent elsewhere at random: always within limits, never a fault.
+#[test]
+fn whatever_is_asked_of_it_moves_within_its_limits() {
+    let mut random = Pcg64Mcg::seed_from_u64(4);
+    let mut replaced = 0;
+    for _ in 0..40 {
+        let mut bench = Bench::homed();
+        for _ in 0..12 {
+            let to = || [(); 2].map(|()| 1.0);
+            let mut place = to();
+            place.iter_mut().for_each(|at| *at = random.random_range(1.0..20.0));
+            let command = match random.random_range(0..9) {
+                0 | 1 => Command::MoveTo(mm(place[0], place[1])),
+                2 => Command::MoveBy(mm(0.01 * place[0], -0.01 * place[1])),
+                3 => Command::Hold,
+                4 => Command::Resume,
+                5 => Command::FeedRate(random.random_range(10..200)),
+                6 if random.random_range(0..3) == 0 => Command::Stop,
+                _ => Command::Go(line(place[0], place[1], 30.0)),
+            };
+            let before = bench.status().last_move;
+            _ = bench.controller.command(command);
+            let after = bench.status().last_move;
+            replaced += u32::from(before != after && after.unwrap().outcome == Outcome::Replaced);
+            bench.run(random.random_range(1..2500));
+            // Where a stop ends the set-point becomes the reading: a jump of the servo's error.
+            if bench.status().last_move.is_some_and(|last| last.outcome == Outcome::Stopped) {
+                bench.places.clear();
+                break;
+            }
+        }
+        _ = bench.controller.command(Command::Resume);
+        bench.settle();
+        assert_eq!((bench.status().state, bench.status().fault), (State::Ready, None));
+        bench.assert_moved_within_limits();
+    }
+    assert!(replaced > 20, "{replaced}");
+}
+
+#[test]
+fn another_target_in_flight_is_reached_without_a_stop() {
+    let mut bench = Bench::homed();
+    bench.ask(Command::MoveTo(mm(10.0, 2.0)));
+    bench.run(3000);
+    let number = bench.status().move_number;
+    bench.ask(Command::MoveTo(mm(15.0, 4.0)));
+    let replaced = bench.status().last_move.unwrap();
+    assert_eq!((replaced.number, replaced.outcome), (number, Outcome::Replaced));
+    let turned = bench.places.len();
+    bench.settle();
+    assert_eq!(bench.outcome(), Outcome::Arrived);
+    assert_eq!(bench.status().axes.map(|axis| axis.set_point), mm(15.0, 4.0));
+    let slowest = bench.places[turned..turned + 3000].windows(2).map(|pair| pair[1][0] - pair[0][0]);
+    assert!(slowest.fold(f64::INFINITY, f64::min) > 1.9e6, "it slowed down");
+    bench.assert_moved_within_limits();
+}
+
+#[test]
+fn without_a_planner_a_program_is_a_fault_and_one_that_loses_it_brakes() {
+    let mut bench = Bench::homed();
+    bench.alone = true;
+    bench.go(&[line(8.0, 1.0, 0.0)]);
+    bench.settle();
+    assert_eq!((bench.status().state, bench.status().fault), (State::Fault, Some(Fault::PlanMissing)));
+    bench.alone = false;
+    bench.ask(Command::Reset);
+    bench.ask(Command::Enable);
+    // A sine has many pieces, more than are handed over at once.
+    let shape = Shape::Sine { amplitude: Pos::from_mm(1.0), periods: 8, phase: 0 };
+    bench.places.clear();
+    bench.go(&[line(3.0, 3.0, 0.0), Segment { shape, ..line(13.0, 3.0, 0.0) }]);
+    bench.run(6000);
+    assert_eq!(bench.status().state, State::Moving);
+    bench.alone = true;
+    bench.settle();
+    assert_eq!((bench.status().state, bench.status().fault), (State::Fault, Some(Fault::PlanMissing)));
+    assert_eq!(bench.outcome(), Outcome::Aborted);
+    bench.assert_moved_within_limits();
+    // A stop that nobody plans is no fault, and comes soon.
+    let mut bench = Bench::homed();
+    bench.go(&[line(9.0, 3.0, 0.0)]);
+    bench.run(3000);
+    bench.alone = true;
+    bench.ask(Command::Stop);
+    let asked = bench.places.len();
+    bench.settle();
+    assert_eq!((bench.status().state, bench.outcome()), (State::Ready, Outcome::Stopped));
+    assert!(bench.places.len() - asked < 800, "{}", bench.places.len() - asked);
+    _ = bench.places.pop();
+    bench.assert_moved_within_limits();
+}
+
+#[test]
+fn spans_that_come_too_late_or_for_another_move_change_nothing() {
+    let mut bench = Bench::homed();
+    bench.alone = true;
+    bench.go(&[line(9.0, 3.0, 0.0)]);
+    bench.tick();
+    let mut other = bench.controller.clone();
+    let Some(Done::Spans(batch)) = bench.planner.advance(&mut bench.controller) else { panic!("no spans") };
+    assert!(!other.take_spans(&abbe_core::plan::span::Batch { number: batch.number + 1, ..batch }));
+    assert!(other.take_spans(&batch));
+    let mut late = bench.controller.clone();
+    late.command(Command::Stop).unwrap();
+    let first = batch.spans.get(0).unwrap().first;
+    while bench.status().tick != first {
+        bench.tick();
+    }
+    assert!(!bench.controller.take_spans(&batch));
+    late.tick(&abbe_core::Inputs::at_rest(1));
+}
+
+/// A run repeats from its recorded batches alone.
+#[test]
+fn the_batches_of_a_run_repeat_it_without_a_planner() {
+    let mut bench = Bench::homed();
+    let mut again = bench.controller.clone();
+    let mut plant = Vec::new();
+    let asked = [
+        (5, Command::Go(line(6.0, 3.0, 10.0))),
+        (6, Command::Go(line(6.0, 9.0, 10.0))),
+        (2000, Command::Hold),
+        (4000, Command::Resume),
+        (5000, Command::MoveTo(mm(1.0, 1.0))),
+        (6000, Command::FeedRate(70)),
+        (6100, Command::MoveBy(mm(3.0, 0.0))),
+    ];
+    for number in 0..20_000 {
+        for (_, command) in asked.iter().filter(|(tick, _)| *tick == number) {
+            assert_eq!(bench.controller.command(*command), again.command(*command), "{command:?}");
+        }
+        let inputs = bench.plant.step(&bench.outputs);
+        bench.outputs = bench.controller.tick(&inputs);
+        assert_eq!(again.tick(&inputs), bench.outputs, "tick {number}");
+        while let Some(done) = bench.planner.advance(&mut bench.controller) {
+            background::repeat(&mut again, &done);
+            plant.push(done);
+        }
+        assert_eq!(again.status(), bench.status());
+    }
+    assert_eq!(bench.outcome(), Outcome::Arrived);
+    assert!(plant.iter().any(|done| matches!(done, Done::Spans(_))));
+}
