@@ -329,6 +329,21 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn one_axis_stands_while_the_other_goes() {
+        let mut rig = rig(1);
+        rig.home().unwrap();
+        rig.keep_trace(1e-3);
+        let arrival = rig.move_in_turn_to([3.0, 2.0]).unwrap();
+        for (axis, to) in [3.0, 2.0].into_iter().enumerate() {
+            assert!((arrival.position_mm[axis] - to).abs() < 0.6e-3, "{arrival:?}");
+        }
+        assert!(rig.trace.len() > 300);
+        for Sample { reading_mm: [x, y], .. } in &rig.trace {
+            assert!((x - 3.0).abs() < 5e-3 || y.abs() < 5e-3, "x {x}, y {y}");
+        }
+    }
+
+    #[test]
     fn a_fault_is_written_down_once_and_named() {
         let dir = tempfile::tempdir().unwrap();
         std::fs::write(dir.path().join("abbe-flight-1.abr"), "mine").unwrap();

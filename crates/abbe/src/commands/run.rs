@@ -12,14 +12,13 @@ use crate::program::ahead::Ahead;
 use crate::program::check::{Checked, check};
 use crate::program::lines::{Lines, LinesError};
 use crate::program::runner::{Ran, Runner, start_mm};
-use crate::program::travel::Travel;
 use crate::program::watch::Watch;
 use crate::progress;
 use crate::rig::Rig;
 use abbe_core::Command;
 use indicatif::ProgressBar;
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, Seek as _};
+use std::io::{self, BufReader, Seek as _};
 use std::path::Path;
 use std::time::Duration;
 
@@ -32,21 +31,20 @@ const PATIENCE: Duration = Duration::from_millis(200);
 
 pub(crate) fn run(preset: &Preset, seed: u64, asked: &Run) -> Result<Answer, Failure> {
     let (name, input) = open(asked)?;
+    let percent = asked.feed_rate.unwrap_or(100);
     if asked.check {
-        let checked = look_at(preset, &name, &input)?;
+        let checked = look_at(preset, percent, &name, &input)?;
         return Report { name: &name, preset, checked: &checked }.answer();
     }
     let wanted = Wanted::new(preset, seed, &asked.source)?;
     let _folders = outputs(asked)?;
     if !asked.stream {
-        let checked = look_at(preset, &name, &input)?;
+        let checked = look_at(preset, percent, &name, &input)?;
         Report { name: &name, preset, checked: &checked }.errors_only()?;
     }
     let mut rig = wanted.homed(Path::new(HERE))?;
     rig.move_to(start_mm(preset))?;
-    if let Some(percent) = asked.feed_rate {
-        rig.ask(Command::FeedRate(percent))?;
-    }
+    rig.ask(Command::FeedRate(percent))?;
     let mut watch = Watch::new(rig.tick_hz(), asked.trace.as_deref(), asked.plot.is_some())?;
     let ran = go_through(preset, &name, input, &mut rig, &mut watch);
     // A run that ended badly is the one that somebody wants to look into, but not one that was called off.
@@ -98,22 +96,21 @@ fn bar(what: &str, input: &Input) -> io::Result<ProgressBar> {
 }
 
 /// Goes through the whole program before anything moves.
-fn look_at(preset: &Preset, name: &str, input: &Input) -> Result<Checked, Failure> {
+fn look_at(preset: &Preset, percent: u16, name: &str, input: &Input) -> Result<Checked, Failure> {
     let looked = || -> Result<Checked, LinesError> {
         let bar = bar("checking the program", input)?;
         let advanced = |bytes| bar.inc(bytes);
         let checked = match input {
-            Input::Stdin => look_through(preset, io::stdin().lock(), &advanced),
-            Input::File(file) => look_through(preset, BufReader::with_capacity(BUFFER, file), &advanced),
+            Input::Stdin => check(Lines::new(io::stdin().lock(), &advanced), preset, percent),
+            Input::File(file) => {
+                let input = BufReader::with_capacity(BUFFER, file);
+                check(Lines::new(input, &advanced), preset, percent)
+            }
         };
         bar.finish_and_clear();
         checked
     };
     looked().map_err(|error| error.of(name))
-}
-
-fn look_through(preset: &Preset, input: impl BufRead, advanced: &dyn Fn(u64)) -> Result<Checked, LinesError> {
-    check(Lines::new(input, advanced), preset, Travel::of(preset).start())
 }
 
 /// Runs the program on a stage that stands where it begins.

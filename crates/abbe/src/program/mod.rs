@@ -4,8 +4,6 @@
 //! |---|---|
 //! | [`lines`] | a program line by line, never more in memory than the longest line may have |
 //! | [`course`] | what a motion is on the way: its extremes, its length, what each axis takes of its speed |
-//! | [`arc`] | the same of an arc |
-//! | [`sine`] | the same of a sine |
 //! | [`travel`] | the travel of a stage, and motions that leave it |
 //! | [`feed`] | feeds that the stage cannot go |
 //! | [`summary`] | what a program is in figures |
@@ -17,14 +15,12 @@
 //! | [`picture`] | the same drawn |
 
 pub(crate) mod ahead;
-pub(crate) mod arc;
 pub(crate) mod check;
 pub(crate) mod course;
 pub(crate) mod feed;
 pub(crate) mod lines;
 pub(crate) mod picture;
 pub(crate) mod runner;
-pub(crate) mod sine;
 pub(crate) mod steps;
 pub(crate) mod summary;
 #[cfg(test)]

@@ -60,7 +60,8 @@ pub(crate) struct Runner<'a> {
 }
 
 impl<'a> Runner<'a> {
-    /// For a stage that has homed. `asks_user`: in M0, if stdin is a terminal.
+    /// For a stage that stands where programs begin, and goes at so many percent of their feeds. `asks_user`: in M0, if
+    /// stdin is a terminal.
     pub(crate) fn new(
         name: &'a str,
         preset: &Preset,
@@ -68,11 +69,12 @@ impl<'a> Runner<'a> {
         watch: &'a mut Watch,
         asks_user: bool,
     ) -> Self {
+        let percent = rig.status().feed_rate;
         Self {
             name,
             rig,
             watch,
-            check: Check::new(preset, Travel::of(preset).start()),
+            check: Check::new(preset, percent),
             asks_user: asks_user && io::stdin().is_terminal(),
             moves: false,
             ticks: 0,
@@ -144,7 +146,7 @@ impl<'a> Runner<'a> {
 
     /// Sends a segment as soon as there is room.
     fn go(&mut self, line: u64, segment: Segment) -> Result<(), Failure> {
-        if self.rig.status().state == State::Settling {
+        if self.rig.controller().state() == State::Settling {
             self.arrive()?;
         }
         loop {
@@ -175,7 +177,7 @@ impl<'a> Runner<'a> {
 
     /// Waits until what was sent is done and the stage is measured to be there.
     fn arrive(&mut self) -> Result<(), Failure> {
-        while self.rig.status().state.is_busy() {
+        while self.rig.controller().state().is_busy() {
             self.tick()?;
         }
         self.rig.check()?;
@@ -222,7 +224,7 @@ impl<'a> Runner<'a> {
         if is_asked {
             _ = self.rig.ask(Command::Stop);
         }
-        while self.rig.status().state.is_busy() {
+        while self.rig.controller().state().is_busy() {
             self.rig.tick();
             _ = self.watch.see(self.rig.controller(), &self.rig.status());
             // Ctrl-C may also come now.

@@ -1,5 +1,6 @@
 //! What an action of a program asks of the controller: segments in its ticks.
 
+use super::course::curve;
 use abbe_core::Pos;
 use abbe_core::plan::segment::{Feed, Segment, Shape};
 use abbe_proto::gcode::{Action, Corner, Move, Path, Place, Rate, Turn};
@@ -25,12 +26,18 @@ fn segment(there: &Move, tick_hz: f64) -> Option<Segment> {
     if there.path == Path::Line && there.from == there.to {
         return None;
     }
-    let shape = shape(&there.path);
-    let segment = Segment { shape, to: there.to, feed: Feed::RAPID, tolerance: tolerance(there.corner) };
-    Some(Segment { feed: feed(there, &segment, tick_hz), ..segment })
+    // What is no curve is refused before.
+    let length = curve(there)?.length();
+    Some(Segment {
+        shape: shape(&there.path),
+        to: there.to,
+        feed: feed(there.rate, length, tick_hz),
+        tolerance: tolerance(there.corner),
+    })
 }
 
-fn shape(path: &Path) -> Shape {
+/// How a path leads to its end.
+pub(super) fn shape(path: &Path) -> Shape {
     match path {
         Path::Line => Shape::Line,
         Path::Arc(arc) => {
@@ -49,15 +56,14 @@ fn tolerance(corner: Corner) -> Pos {
     }
 }
 
-fn feed(there: &Move, segment: &Segment, tick_hz: f64) -> Feed {
+/// Of a motion of a length, pm.
+pub(super) fn feed(rate: Rate, length: f64, tick_hz: f64) -> Feed {
     let ticks = 60.0 * tick_hz;
-    match there.rate {
+    let feed = match rate {
         Rate::Rapid => Feed::RAPID,
         Rate::PerMinute(feed) => Feed::from_pm(feed.pm() as f64 / ticks),
-        Rate::Inverse(per_minute) => {
-            // One that is no curve is refused anyway.
-            let length = segment.curve(there.from).map_or(1.0, |curve| curve.length());
-            Feed::from_pm(length * (per_minute.billionths() as f64 / 1e9) / ticks)
-        }
-    }
+        Rate::Inverse(per_minute) => Feed::from_pm(length * (per_minute.billionths() as f64 / 1e9) / ticks),
+    };
+    // 2⁻¹⁶ pm a tick; slower than that nothing goes.
+    feed.max(Feed(1))
 }
