@@ -49,7 +49,8 @@ pub(crate) fn run(preset: &Preset, seed: u64, asked: &Run) -> Result<Answer, Fai
     let ran = go_through(preset, &name, input, &mut rig, &mut watch);
     // A run that ended badly is the one that somebody wants to look into, but not one that was called off.
     interrupt::check()?;
-    if ran.is_ok() || watch.has_begun() {
+    let is_whole = ran.as_ref().is_ok_and(|ran| ran.checked.count == 0);
+    if is_whole || watch.has_begun() {
         write(asked, &name, preset, &mut watch)?;
     }
     RanReport { name: &name, preset, ran: &ran?, watch: &watch, rig: &rig }.answer()

@@ -10,16 +10,16 @@ use std::process::Stdio;
 const FIELD: &str = "\
 G21 G90
 G0 X20 Y10
-G64 P0.005 (corners at full feed, 5 um beside them at most)
-G1 X30 F1200
+G64 P0.05 (corners without a stop, 50 um beside them at most)
+G1 X30 F600
 Y20
 X20
 Y10
 G61
-G1 X30 Y20 F600
-G3 I-10 F1200 (a circle about 20, 20)
+G1 X29 Y19 F600
+G3 I-10 F1200 (a circle about 19, 19)
 G4 P0.1
-G5.5 X34 Y20 P0.5 L2 F300
+G5.5 X33 Y19 P0.5 L2 F300
 M0
 G28 X40
 M2
@@ -97,28 +97,31 @@ fn within_limits(trace: &Trace) {
     }
 }
 
+/// None is missed by more than the tolerance, and in none it stops.
 fn corners_are_cut(trace: &Trace) {
+    let places: Vec<[i64; 2]> = trace.places().collect();
     for corner in CORNERS {
-        let near = trace.places().map(|place| distance(place, corner)).fold(f64::INFINITY, f64::min);
-        // The diagonal stops in the second one, long after.
-        let stops = if corner == [30, 20] { 0.0 } else { near };
-        assert!(near <= 5_010_000.0 && (near > 100_000.0 || stops == 0.0), "{corner:?}: {near} pm");
+        let near = places.iter().map(|&place| distance(place, corner)).fold(f64::INFINITY, f64::min);
+        assert!((10e6..=50.1e6).contains(&near), "{corner:?}: {near} pm");
+        let close = places.windows(2).filter(|pair| distance(pair[0], corner) < 1e9);
+        let slowest = close.map(|pair| {
+            let [x, y] = [0, 1].map(|axis| (pair[1][axis] - pair[0][axis]) as f64);
+            x.hypot(y)
+        });
+        let slowest = slowest.fold(f64::INFINITY, f64::min);
+        assert!(slowest > 200_000.0, "{corner:?}: {slowest} pm a tick");
     }
-    let passed = trace.places().skip_while(|place| place[0] < 30 * PM_PER_MM - 6_000_000);
-    let speeds = passed.collect::<Vec<_>>();
-    let [a, b] = [speeds[0], speeds[1]];
-    assert!(a != b, "it stops in the first corner");
 }
 
 /// Behind the stop at its beginning, up to the one at its end.
 fn the_circle_is_one(trace: &Trace) {
     let places: Vec<[i64; 2]> = trace.places().collect();
-    let begin = [30, 20].map(|mm| mm * PM_PER_MM);
+    let begin = [29, 19].map(|mm| mm * PM_PER_MM);
     let first = places.iter().position(|&place| place == begin).unwrap();
     let length = places[first + 100..].iter().position(|&place| place == begin).unwrap() + 100;
     let circle = &places[first..first + length];
     assert!(circle.len() > 30_000, "3.14 s at 20 mm/s: {}", circle.len());
-    let off = |&place: &[i64; 2]| (distance(place, [20, 20]) - 10e9).abs();
+    let off = |&place: &[i64; 2]| (distance(place, [19, 19]) - 10e9).abs();
     let most = circle.iter().map(off).fold(0.0, f64::max);
     assert!(most <= 5_000.0, "{most} pm off the circle");
 }
@@ -134,7 +137,7 @@ fn a_program_is_run_as_it_is_written() {
     corners_are_cut(&trace);
     the_circle_is_one(&trace);
     let places: Vec<[i64; 2]> = trace.places().collect();
-    assert_eq!((places[0], places[places.len() - 1]), ([0, 0], [0, 20 * PM_PER_MM]));
+    assert_eq!((places[0], places[places.len() - 1]), ([0, 0], [0, 19 * PM_PER_MM]));
 
     for (key, value) in [
         ("program", json!("field.nc")),
@@ -157,7 +160,7 @@ fn a_program_is_run_as_it_is_written() {
         assert!((most - told).abs() < 1e-3 && told < 10.0, "{name}: {most} {told} µm");
         assert!(rms > 0.05 && rms < 0.5 * told, "{name}: {rms} µm rms");
         let arrived = found["position_mm"][axis].as_f64().unwrap();
-        assert!((arrived - [0.0, 20.0][axis]).abs() < 0.6e-3, "{name}: {arrived}");
+        assert!((arrived - [0.0, 19.0][axis]).abs() < 0.6e-3, "{name}: {arrived}");
     }
     let svg = fs::read_to_string(dir.path().join("out/field.svg")).unwrap();
     assert!(svg.contains("<polyline") && svg.contains("following error / µm") && svg.contains("measured"));
