@@ -43,7 +43,7 @@ pub(crate) enum Command {
     Home(Home),
     /// Go to a position and wait for measured arrival.
     Move(Move),
-    /// Check a G-code program as a whole (--check); nothing moves yet.
+    /// Run a G-code program, or check it as a whole (--check).
     Run(Run),
     /// Measure the positioning error with the interferometer.
     Measure(Measure),
@@ -135,6 +135,9 @@ pub(crate) struct Move {
     pub(crate) y: f64,
     #[command(flatten)]
     pub(crate) source: Source,
+    /// Move x first, and y when x is there; without it both go together along a line.
+    #[arg(long)]
+    pub(crate) sequential: bool,
 }
 
 /// Which axes.

@@ -7,7 +7,8 @@ use crate::interrupt::{self, Interrupted};
 use crate::preset::Preset;
 use abbe_core::command::{Accepted, Refusal};
 use abbe_core::compensate::{ErrorMap, MapError};
-use abbe_core::publish::{Fault, MoveReport, Outcome};
+use abbe_core::plan::segment::{Feed, Segment};
+use abbe_core::publish::{Fault, Outcome};
 use abbe_core::{Command, Controller, Outputs, Pos, Status};
 use abbe_metrology::compensation::Compensation;
 use abbe_metrology::{Axis, measure::Arrival};
@@ -147,7 +148,31 @@ impl Rig {
     pub(crate) fn move_to(&mut self, to_mm: [f64; 2]) -> Result<Arrival, RigError> {
         self.recorder.command(Command::MoveTo(to_mm.map(Pos::from_mm)))?;
         self.work()?;
-        self.arrival(self.status().last_move)
+        self.arrival()
+    }
+
+    /// The same, one axis after the other: x first, and y once the set-point of x stands.
+    pub(crate) fn move_in_turn_to(&mut self, to_mm: [f64; 2]) -> Result<Arrival, RigError> {
+        let [x, y] = to_mm.map(Pos::from_mm);
+        let [_, standing] = self.status().axes.map(|axis| axis.target);
+        let [_, travel] = self.controller().config().axes.map(|axis| [axis.low, axis.high]);
+        // Homing leaves an axis some micrometres beside its zero, perhaps beyond the end of its travel.
+        let standing = standing.max(travel[0]).min(travel[1]);
+        for to in [[x, standing], [x, y]] {
+            self.recorder.command(Command::Go(Segment { to, feed: Feed::RAPID, ..Segment::default() }))?;
+        }
+        self.work()?;
+        self.arrival()
+    }
+
+    /// Asks the controller. What was asked for begins with the next tick.
+    pub(crate) fn ask(&mut self, command: Command<2>) -> Result<Accepted, Refusal> {
+        self.recorder.command(command)
+    }
+
+    /// The servo rate, ticks in a second.
+    pub(crate) fn tick_hz(&self) -> f64 {
+        self.tick_hz
     }
 
     /// The same, keeping set-point and position of one axis at every tick (s, mm, mm).
@@ -168,7 +193,7 @@ impl Rig {
             }
         }
         self.check()?;
-        Ok((seen, self.arrival(self.status().last_move)?))
+        Ok((seen, self.arrival()?))
     }
 
     /// Lets time pass, s.
@@ -214,7 +239,8 @@ impl Rig {
         self.check()
     }
 
-    fn check(&mut self) -> Result<(), RigError> {
+    /// Looks for a fault and for Ctrl-C.
+    pub(crate) fn check(&mut self) -> Result<(), RigError> {
         interrupt::check()?;
         match self.status().fault {
             Some(fault) => Err(RigError::Fault { fault, flight: self.dump() }),
@@ -233,9 +259,10 @@ impl Rig {
         }
     }
 
-    fn arrival(&self, report: Option<MoveReport>) -> Result<Arrival, RigError> {
+    /// How the last move ended.
+    pub(crate) fn arrival(&self) -> Result<Arrival, RigError> {
         let seconds = |ticks: u32| f64::from(ticks) / self.tick_hz;
-        match report {
+        match self.status().last_move {
             Some(report) if report.outcome == Outcome::Arrived => Ok(Arrival {
                 moved_s: seconds(report.path_ticks),
                 settle_s: seconds(report.settle_ticks) + seconds(self.controller().config().dwell_ticks),
@@ -299,6 +326,21 @@ pub(crate) mod tests {
         let preset = preset();
         let twin = Twin::standing_at(&preset.plant, &preset.controller.config, seed, [1.0, 0.5]);
         Rig::with(&preset, twin, Keep::LastMinutes)
+    }
+
+    #[test]
+    fn one_axis_stands_while_the_other_goes() {
+        let mut rig = rig(1);
+        rig.home().unwrap();
+        rig.keep_trace(1e-3);
+        let arrival = rig.move_in_turn_to([3.0, 2.0]).unwrap();
+        for (axis, to) in [3.0, 2.0].into_iter().enumerate() {
+            assert!((arrival.position_mm[axis] - to).abs() < 0.6e-3, "{arrival:?}");
+        }
+        assert!(rig.trace.len() > 300);
+        for Sample { reading_mm: [x, y], .. } in &rig.trace {
+            assert!((x - 3.0).abs() < 5e-3 || y.abs() < 5e-3, "x {x}, y {y}");
+        }
     }
 
     #[test]

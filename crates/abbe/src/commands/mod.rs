@@ -9,6 +9,7 @@ mod home;
 mod iso230;
 mod measure;
 mod movement;
+mod ran_report;
 mod record;
 mod replay;
 mod run;
@@ -59,7 +60,7 @@ pub(crate) fn run(cli: &Cli) -> Result<Answer, Failure> {
         Command::Verify(asked) => verify::run(&preset, cli.seed, asked),
         Command::Iso230(asked) => iso230::run(asked),
         Command::Encoder(asked) => encoder::run(asked),
-        Command::Run(asked) => run::run(&preset, asked),
+        Command::Run(asked) => run::run(&preset, cli.seed, asked),
         Command::Scan(asked) => scan::run(&preset, cli.seed, asked),
         Command::Stitch(asked) => stitch::run(asked),
         Command::Record(asked) => record::run(&preset, cli.seed, asked),

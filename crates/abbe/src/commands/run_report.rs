@@ -21,14 +21,21 @@ pub(super) struct Report<'a> {
 impl Report<'_> {
     /// The figures of a good program; the errors of another one.
     pub(super) fn answer(&self) -> Result<Answer, Failure> {
-        if self.checked.count == 0 {
-            return Ok(Answer { text: self.text(), json: self.document() });
-        }
-        Err(Failure::Errors(self.errors()))
+        self.errors_only()?;
+        Ok(Answer { text: self.text(), json: self.document() })
     }
 
-    fn errors(&self) -> Errors {
+    /// Nothing to say of a good program.
+    pub(super) fn errors_only(&self) -> Result<(), Failure> {
+        self.errors().map_or(Ok(()), |errors| Err(Failure::Errors(errors)))
+    }
+
+    /// The errors, if there are any.
+    pub(super) fn errors(&self) -> Option<Errors> {
         let Self { name, checked, .. } = self;
+        if checked.count == 0 {
+            return None;
+        }
         let each: Vec<String> = checked.errors.iter().map(|found| format!("{name}, {found}")).collect();
         let document = json!({
             "error": self.sentence(),
@@ -36,7 +43,8 @@ impl Report<'_> {
             "count": checked.count,
             "refused_line": checked.refused,
         });
-        Errors { sentence: self.sentence(), each: if each.len() > 1 { each } else { Vec::new() }, document }
+        let each = if each.len() > 1 { each } else { Vec::new() };
+        Some(Errors { sentence: self.sentence(), each, document })
     }
 
     fn sentence(&self) -> String {
@@ -54,9 +62,19 @@ impl Report<'_> {
     }
 
     fn text(&self) -> String {
-        let Self { name, preset, checked } = self;
-        let summary = &checked.summary;
+        let Self { name, preset, .. } = self;
         let mut text = format!("{name}: the program fits the stage {}\n\n", preset.name);
+        text.push_str(&self.figures());
+        for note in self.notes() {
+            _ = writeln!(text, "\nnote: {note}");
+        }
+        text
+    }
+
+    /// A row for each.
+    pub(super) fn figures(&self) -> String {
+        let summary = &self.checked.summary;
+        let mut text = String::new();
         _ = writeln!(text, "  {:<16}{:>12}", "lines", summary.lines);
         let all = summary.all();
         _ = writeln!(text, "  {:<16}{:>12}{:>18.6} mm", "motions", all.count, all.length_mm);
@@ -83,13 +101,11 @@ impl Report<'_> {
         if summary.pauses > 0 {
             _ = writeln!(text, "  {:<16}{:>12}", "waits for a user", summary.pauses);
         }
-        for note in self.notes() {
-            _ = writeln!(text, "\nnote: {note}");
-        }
         text
     }
 
-    fn notes(&self) -> Vec<String> {
+    /// What else there is to know.
+    pub(super) fn notes(&self) -> Vec<String> {
         let Checked { summary, feeds, .. } = self.checked;
         let mut notes: Vec<String> = feeds.limited.iter().map(ToString::to_string).collect();
         if feeds.others > 0 {
@@ -104,7 +120,8 @@ impl Report<'_> {
         notes
     }
 
-    fn document(&self) -> Value {
+    /// All of it for programs.
+    pub(super) fn document(&self) -> Value {
         let Self { name, preset, checked } = self;
         let summary = &checked.summary;
         let motions: Map<String, Value> = Kind::ALL

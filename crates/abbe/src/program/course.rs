@@ -2,9 +2,11 @@
 //!
 //! Its beginning is the end of the motion before, and is looked at there.
 
-use super::{arc, sine};
-use abbe_core::Pos;
-use abbe_proto::gcode::{Move, Path, Place};
+use super::steps::shape;
+use abbe_core::plan::curve::Curve;
+use abbe_core::plan::segment::{Segment, rounded};
+use abbe_proto::gcode::{Arc, Move, Path, Place, Sine};
+use std::f64::consts::TAU;
 
 /// How a motion comes to a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,13 +61,27 @@ pub(crate) struct Course {
     pub(crate) shares: [f64; 2],
 }
 
+/// The path of a motion as the controller goes it; none if it takes it for no curve.
+pub(crate) fn curve(there: &Move) -> Option<Curve> {
+    Segment { shape: shape(&there.path), to: there.to, ..Segment::default() }.curve(there.from)
+}
+
 impl Course {
-    pub(crate) fn of(there: &Move) -> Self {
-        match &there.path {
-            Path::Line => line(there.from, there.to),
-            Path::Arc(arc) => arc::course(there.from, there.to, arc),
-            Path::Sine(sine) => sine::course(there.from, there.to, sine),
+    /// Of a motion along its curve.
+    pub(crate) fn of(there: &Move, curve: &Curve) -> Self {
+        let mut reach = Reach::to(there.to);
+        let mut turns = Vec::new();
+        curve.turning_points(&mut |place| turns.push(rounded(place)));
+        let how = if matches!(there.path, Path::Arc(_)) { How::Bulges } else { How::Swings };
+        for &place in turns.iter().filter(|&&place| place != there.from) {
+            reach.add(Point { place, how });
         }
+        let shares = match &there.path {
+            Path::Line => shares_along(way(there.from, there.to)),
+            Path::Arc(arc) => shares_about(arc, turns.into_iter().chain([there.from, there.to])),
+            Path::Sine(sine) => shares_of(sine, way(there.from, there.to)),
+        };
+        Self { reach, length_mm: in_mm(curve.length()), shares }
     }
 
     /// Straight to a place and from there straight to a reference.
@@ -83,21 +99,38 @@ impl Course {
 
 fn line(from: Place, to: Place) -> Course {
     let way = way(from, to);
+    Course { reach: Reach::to(to), length_mm: in_mm(way[0].hypot(way[1])), shares: shares_along(way) }
+}
+
+fn shares_along(way: [f64; 2]) -> [f64; 2] {
     let length = way[0].hypot(way[1]);
-    let shares = if length > 0.0 { way.map(|way| way.abs() / length) } else { [0.0; 2] };
-    Course { reach: Reach::to(to), length_mm: in_mm(length), shares }
+    if length > 0.0 { way.map(|way| way.abs() / length) } else { [0.0; 2] }
+}
+
+/// An axis goes fastest at an end of an arc, or where the other one turns back; always across the radius.
+fn shares_about(arc: &Arc, places: impl Iterator<Item = Place>) -> [f64; 2] {
+    places.fold([0.0, 0.0], |[x, y], place| {
+        let [across, along] = shares_along(way(arc.centre, place));
+        [f64::max(x, along), f64::max(y, across)]
+    })
+}
+
+/// A sine turns to both sides of its line by as much as its slope tells; where it crosses the direction of an axis, that
+/// axis goes as fast as the path.
+fn shares_of(sine: &Sine, way: [f64; 2]) -> [f64; 2] {
+    let slope = sine.amplitude.pm() as f64 * TAU * f64::from(sine.periods) / way[0].hypot(way[1]);
+    shares_along(way).map(|along| {
+        // Between the line, without its sense, and the axis.
+        let angle = along.min(1.0).acos();
+        (angle - slope.atan()).max(0.0).cos()
+    })
 }
 
 /// From one place to another, pm. Up to 9000 km a float holds each picometre.
-pub(super) fn way(from: Place, to: Place) -> [f64; 2] {
+fn way(from: Place, to: Place) -> [f64; 2] {
     [0, 1].map(|axis| (to[axis] - from[axis]).pm() as f64)
 }
 
-/// A place by its offset from another one, pm.
-pub(super) fn beside(place: Place, offset: [f64; 2]) -> Place {
-    [0, 1].map(|axis| place[axis] + Pos::from_pm(offset[axis].round() as i64))
-}
-
-pub(super) fn in_mm(pm: f64) -> f64 {
+fn in_mm(pm: f64) -> f64 {
     pm / abbe_core::units::PM_PER_MM
 }

@@ -1,7 +1,9 @@
 //! The lines of a program: never more of it in memory than the longest line may have.
 
+use crate::failure::Failure;
 use crate::interrupt::{self, Interrupted};
 use abbe_proto::gcode::{Block, Error, Fault, LONGEST, parse};
+use std::borrow::Cow;
 use std::io::{self, BufRead, ErrorKind, Read as _};
 
 /// Editors like to put it in front of a file.
@@ -20,13 +22,23 @@ pub(crate) enum LinesError {
     Interrupted(#[from] Interrupted),
 }
 
+impl LinesError {
+    /// Of a program with this name.
+    pub(crate) fn of(self, name: &str) -> Failure {
+        match self {
+            Self::Unreadable(_) => Failure::Work(anyhow::Error::new(self).context(name.to_owned())),
+            Self::Interrupted(interrupted) => interrupted.into(),
+        }
+    }
+}
+
 /// A line of a program.
 #[derive(Debug)]
 pub(crate) struct Line<'l> {
     /// Which, from 1.
     pub(crate) number: u64,
     /// Its bytes without its end; of a line that is too long, the beginning.
-    text: &'l [u8],
+    text: Cow<'l, [u8]>,
     /// How many bytes it has.
     length: usize,
 }
@@ -40,7 +52,12 @@ impl Line<'_> {
         if self.length > LONGEST {
             return Err(Error { column: LONGEST as u16 + 1, fault: Fault::TooLong(self.length) });
         }
-        parse(self.text)
+        parse(&self.text)
+    }
+
+    /// The same, to be kept.
+    pub(super) fn owned(&self) -> Line<'static> {
+        Line { number: self.number, text: Cow::Owned(self.text.to_vec()), length: self.length }
     }
 }
 
@@ -81,7 +98,7 @@ impl<'a, R: BufRead> Lines<'a, R> {
         let text =
             if mark > 0 { self.kept.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&self.kept) } else { &self.kept };
         let length = if rest > 0 { text.len() + rest } else { without_end(text).len() };
-        Ok(Some(Line { number: self.number, text: without_end(text), length }))
+        Ok(Some(Line { number: self.number, text: Cow::Borrowed(without_end(text)), length }))
     }
 
     /// Leaves the rest of a line behind that nobody wants; how many bytes it has without its end.

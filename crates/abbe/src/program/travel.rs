@@ -16,6 +16,11 @@ impl Travel {
         Self(preset.controller.config.axes.each_ref().map(|axis| [axis.low, axis.high]))
     }
 
+    /// Where a stage stands when a program begins: at zero, or at the end of the travel that is nearest to it.
+    pub(crate) fn start(&self) -> Place {
+        self.0.map(|[low, high]| Pos::ZERO.max(low).min(high))
+    }
+
     /// For x and y, whether a place lies beyond the travel.
     pub(super) fn is_beyond(&self, place: Place) -> [bool; 2] {
         [0, 1].map(|axis| {

@@ -74,3 +74,18 @@ fn a_second_ctrl_c_is_no_worse() {
         assert!(left.keys().all(|path| path.ends_with("s") || is_tile(path)), "{:?}", left.keys());
     }
 }
+
+/// A program is left on its path, and the stage is told where it stands.
+#[test]
+fn ctrl_c_stops_a_program() {
+    let dir = tempfile::tempdir().unwrap();
+    // Hours.
+    std::fs::write(dir.path().join("long.nc"), "G0 X50 Y50\nG1 X60 F1\nX50\nG4 P100000\n").unwrap();
+    let before = everything_in(dir.path());
+    let ended = pressed(dir.path(), &["run", "long.nc", "--twin", "--trace", "long.csv"], "running", 1);
+    assert_eq!(ended.status, Some(1), "{ended:?}");
+    assert_eq!(ended.sentence(), "stopped by Ctrl-C; every file written so far is whole");
+    let told = ended.stderr.lines().find(|line| line.starts_with("note: ")).unwrap();
+    assert!(told.starts_with("note: the stage has stopped at x "), "{told}");
+    assert_eq!(everything_in(dir.path()), before);
+}

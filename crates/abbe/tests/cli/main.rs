@@ -20,6 +20,7 @@ mod presets;
 mod programs;
 mod readings;
 mod recordings;
+mod runs;
 mod signals;
 mod stage;
 mod usage;

@@ -4,11 +4,11 @@ mod curves;
 mod document;
 mod programs;
 mod random;
+mod runs;
 
 use super::check::{Checked, check};
 use super::lines::Lines;
 use crate::preset::{self, Preset};
-use abbe_core::Pos;
 use std::io::BufRead;
 use std::sync::LazyLock;
 
@@ -16,5 +16,5 @@ static USUAL: LazyLock<Preset> = LazyLock::new(|| preset::load(preset::USUAL).un
 
 /// A program on the usual stage, 100 × 100 mm and 20 mm/s, that stands at zero.
 fn checked(program: impl BufRead) -> Checked {
-    check(Lines::new(program, &|_| ()), &USUAL, [Pos::ZERO; 2]).unwrap()
+    check(Lines::new(program, &|_| ()), &USUAL, 100).unwrap()
 }
