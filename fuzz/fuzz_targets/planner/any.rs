@@ -1,11 +1,12 @@
 //! Any numbers at all: nothing panics, what is refused says why, and no plan holds what is no number.
 
 use super::bytes::Bytes;
+use abbe_core::Pos;
 use abbe_core::plan::Limits;
-use abbe_core::plan::chain::{Manner, look_ahead, walk};
-use abbe_core::plan::corner::Corner;
 use abbe_core::plan::curve::{Arc, Curve, Sine};
 use abbe_core::plan::pieces::Along;
+use abbe_core::plan::program::Program;
+use abbe_core::plan::segment::{Feed, Segment};
 use abbe_core::plan::steps::{Steps, Stride};
 use abbe_core::plan::transfer::{Infeasible, State, Transfer, together};
 
@@ -16,7 +17,7 @@ pub(crate) fn numbers(bytes: &mut Bytes) {
     match bytes.byte() % 4 {
         0 => transfers(bytes),
         1 => curves(bytes),
-        2 => chains(bytes),
+        2 => programs(bytes),
         _ => pairs(bytes),
     }
 }
@@ -115,15 +116,21 @@ fn curves(bytes: &mut Bytes) {
     }
 }
 
-fn chains(bytes: &mut Bytes) {
+fn programs(bytes: &mut Bytes) {
     let axes = [(); 2].map(|()| limits(bytes));
-    let [feed, tolerance] = any(bytes);
-    let manner = Manner { axes, feed, tolerance };
-    let places: Vec<_> = (0..bytes.byte() % 6).map(|_| any(bytes)).collect();
-    let mut corners = vec![Corner::default(); places.len().saturating_sub(2)];
-    let corners = look_ahead(&places, &manner, &mut corners);
-    if let Ok(ticks) = walk(&places, &manner, corners, drop) {
-        assert!(ticks >= 0.0 && ticks.is_finite(), "{places:?} {manner:?}");
-        assert!(places.as_flattened().iter().all(|place| place.is_finite()), "{places:?} {manner:?}");
+    let place = |bytes: &mut Bytes| [(); 2].map(|()| Pos::from_pm(bytes.any() as i64));
+    let mut program = Program::new(place(bytes), axes, 1.0, 0);
+    for _ in 0..bytes.byte() % 6 {
+        let feed = Feed::from_pm(bytes.any());
+        let tolerance = Pos::from_pm(bytes.any() as i64);
+        _ = program.take(&Segment { to: place(bytes), feed, tolerance, ..Segment::default() });
+    }
+    for now in 0..20 {
+        if now == 10 {
+            _ = program.set_rate(bytes.any(), now + 5);
+        }
+        if program.span(now).is_err() {
+            break;
+        }
     }
 }

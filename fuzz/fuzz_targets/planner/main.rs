@@ -7,9 +7,9 @@
 
 mod any;
 mod bytes;
-mod chain;
 mod curve;
 mod judge;
+mod program;
 mod transfer;
 mod walk;
 
@@ -24,7 +24,7 @@ fuzz_target!(|data: &[u8]| {
         2 => transfer::lasting(&mut bytes),
         3 => transfer::together(&mut bytes),
         4 => curve::along(&mut bytes),
-        5 => chain::walked(&mut bytes),
+        5 => program::walked(&mut bytes),
         _ => any::numbers(&mut bytes),
     }
 });

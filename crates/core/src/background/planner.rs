@@ -117,7 +117,11 @@ fn next_of_program(
         batch.took = batch.took.saturating_add(1);
     }
     if asked.revision != told.revision {
-        batch.cut = change(program, asked);
+        if program.can_change() {
+            batch.cut = change(program, asked);
+        } else {
+            batch.revision = told.revision;
+        }
     }
     for _ in 0..asked.room.min(batch.spans.room()) {
         let Some(span) = program.span(asked.now)? else { break };

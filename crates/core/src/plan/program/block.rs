@@ -5,7 +5,7 @@ use super::super::corner::Corner;
 use super::super::curve::{Curve, Place};
 use super::super::overlap::Overlap;
 use super::super::profile::Limits;
-use super::super::scan::ScanPlan;
+use super::super::scan::{Scan, ScanPlan};
 use super::super::segment::place;
 
 /// A segment of a program's path.
@@ -23,7 +23,7 @@ pub(super) struct Block {
     /// How the lines are laid over each other where the corner is not passed at speed.
     pub(super) overlap: Option<Overlap>,
     /// It is a scan, and no curve.
-    pub(super) scan: Option<ScanPlan>,
+    pub(super) scan: Option<Scan>,
 }
 
 impl Block {
@@ -41,9 +41,9 @@ impl Block {
     }
 
     /// A scan: the curve leads straight to its end.
-    pub(super) fn scan(plan: ScanPlan) -> Self {
+    pub(super) fn scan(scan: Scan, plan: &ScanPlan) -> Self {
         let curve = Curve::Line { from: place(plan.start()), to: place(plan.end()) };
-        Self { curve, scan: Some(plan), ..Self::default() }
+        Self { curve, scan: Some(scan), ..Self::default() }
     }
 
     /// Takes another part of the feed: of a rapid, of what the axes can go.

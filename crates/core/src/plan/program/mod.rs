@@ -19,7 +19,7 @@ use super::curve::Place;
 use super::pieces::Piece;
 use super::profile::Limits;
 use super::ring::Ring;
-use super::scan::Scan;
+use super::scan::{Scan, ScanPlan};
 use super::segment::{Segment, place};
 use super::span::{Span, Until};
 use super::transfer::{Infeasible, State};
@@ -31,7 +31,7 @@ use speeds::End;
 /// Blocks that are known at once: those ahead, and those whose parts may still be decided anew.
 pub const BLOCKS: usize = 96;
 /// Parts at once.
-const PARTS: usize = 16;
+const PARTS: usize = 64;
 /// Most of a block: two runs, a corner or a rest.
 const MOST_PARTS: usize = 3;
 /// A part is decided this long before it begins at the latest, ticks, and no part sooner.
@@ -58,6 +58,8 @@ pub struct Program {
     /// Number of the part that is being laid out.
     laid: usize,
     laying: Laying,
+    /// The scan among the parts: there is one at most.
+    scan: Option<ScanPlan>,
     /// When the last part is over, and the state along the next block there.
     time: f64,
     state: State,
@@ -78,6 +80,7 @@ impl Program {
             parts: Ring::default(),
             laid: 0,
             laying: Laying::default(),
+            scan: None,
             time: 0.0,
             state: State::default(),
             held: false,
@@ -112,7 +115,7 @@ impl Program {
 
     fn take_scan(&mut self, scan: &Scan) -> Result<(), Infeasible> {
         let plan = scan.plan(&self.axes).map_err(|_| Infeasible::NoNumber)?;
-        if plan.start() != self.ends || !self.blocks.push(Block::scan(plan)) {
+        if plan.start() != self.ends || !self.blocks.push(Block::scan(*scan, &plan)) {
             return Err(Infeasible::NoNumber);
         }
         self.ends = plan.end();
@@ -124,7 +127,7 @@ impl Program {
         let time = self.since(tick);
         self.parts
             .iter()
-            .any(|part| matches!(part.what, What::Scan(_)) && (part.begins..part.ends).contains(&time))
+            .any(|part| matches!(part.what, What::Scan) && (part.begins..part.ends).contains(&time))
     }
 
     /// Whether all is laid out up to a rest, and nothing is left to be decided.
@@ -161,7 +164,7 @@ impl Program {
                 self.decide(now)?;
                 continue;
             };
-            let Some((piece, until)) = self.laying.next(&part) else {
+            let Some((piece, until)) = self.laying.next(&part, self.scan.as_ref()) else {
                 self.laid = self.laid.saturating_add(1);
                 self.laying = Laying::default();
                 continue;
@@ -178,6 +181,11 @@ impl Program {
             || self.next == self.blocks.len()
             || self.parts.room() < MOST_PARTS
             || self.time - self.since(now) > AHEAD
+            || (self.next_is_scan() && self.parts.iter().any(|part| matches!(part.what, What::Scan)))
+    }
+
+    fn next_is_scan(&self) -> bool {
+        self.blocks.get(self.next).is_some_and(|block| block.scan.is_some())
     }
 
     /// None if no tick falls into it.
@@ -209,11 +217,8 @@ impl Program {
             let rested = if self.parts.is_empty() { self.time } else { libm::ceil(self.time) + 1.0 };
             self.time = rested.max(self.since(now) + 2.0);
         }
-        if let Some(plan) = self.blocks.get(self.next).and_then(|block| block.scan) {
-            self.append(What::Scan(plan), f64::from(plan.ticks()));
-            self.append(What::Rest(place(plan.end())), 0.0);
-            self.next = self.next.saturating_add(1);
-            return Ok(());
+        if let Some(scan) = self.blocks.get(self.next).and_then(|block| block.scan) {
+            return self.decide_scan(&scan);
         }
         let decided = self.next_block(self.next, self.state).ok_or(Infeasible::End)?;
         for run in decided.runs.into_iter().flatten() {
@@ -234,6 +239,15 @@ impl Program {
         Ok(())
     }
 
+    fn decide_scan(&mut self, scan: &Scan) -> Result<(), Infeasible> {
+        let plan = scan.plan(&self.axes).map_err(|_| Infeasible::NoNumber)?;
+        self.scan = Some(plan);
+        self.append(What::Scan, f64::from(plan.ticks()));
+        self.append(What::Rest(place(plan.end())), 0.0);
+        self.next = self.next.saturating_add(1);
+        Ok(())
+    }
+
     fn next_block(&self, number: usize, state: State) -> Option<speeds::Decided> {
         if self.held { self.slowly(number, state) } else { self.along(number, state) }
     }
@@ -247,6 +261,11 @@ impl Program {
         // There is room: it is looked for before a block is decided.
         _ = self.parts.push(part);
         self.time = part.ends;
+    }
+
+    /// Whether there is room to decide anew; if not, there will be in a few ticks.
+    pub fn can_change(&self) -> bool {
+        self.parts.room() > MOST_PARTS
     }
 
     /// Comes to rest as soon as the path allows, from a tick on, until [`Program::go_on`].
@@ -300,9 +319,11 @@ impl Program {
 
     /// A part ends at a time, and those behind it are no more.
     fn cut(&mut self, number: usize, time: f64) {
-        let kept = number.saturating_add(1);
+        // Of a part that has not begun nothing is left.
+        let begun = self.parts.get(number).is_some_and(|part| part.begins < time);
+        let kept = number.saturating_add(usize::from(begun));
         self.parts.truncate(kept);
-        if let Some(last) = self.parts.last_mut() {
+        if let Some(last) = self.parts.last_mut().filter(|_| begun) {
             last.ends = time;
         }
         if self.laid >= kept {

@@ -15,8 +15,8 @@ pub(super) enum What {
     Round(Corner),
     /// Around it where both lines would stop.
     Overlap(Overlap),
-    /// Line by line over an area.
-    Scan(ScanPlan),
+    /// Line by line over an area: the program's only scan.
+    Scan,
     /// There.
     Rest(Place),
 }
@@ -56,7 +56,7 @@ pub(super) type Laid = (Option<Piece>, Option<f64>);
 
 impl Laying {
     /// The next piece of a part.
-    pub(super) fn next(&mut self, part: &Part) -> Option<Laid> {
+    pub(super) fn next(&mut self, part: &Part, scan: Option<&ScanPlan>) -> Option<Laid> {
         match part.what {
             What::Run(along) => {
                 if let Self::Nothing = self {
@@ -70,7 +70,7 @@ impl Laying {
                 let piece = pieces.next_of_motion()?;
                 Some((piece, Some(if pieces.is_over() { part.ends } else { pieces.time() })))
             }
-            What::Scan(plan) => self.next_of_scan(part, &plan),
+            What::Scan => self.next_of_scan(part, scan?),
             What::Round(corner) => self.next_of_corner(part, &corner),
             What::Overlap(overlap) => self.once(|| (overlap.piece(part.begins), Some(part.ends))),
             What::Rest(at) => self.once(|| (rest(part.begins, at), None)),
