@@ -1,7 +1,7 @@
 //! The document says what the check says.
 
 use super::checked;
-use crate::program::{check, feed};
+use crate::program::{check, feed, steps};
 
 const DOCUMENT: &str = include_str!("../../../../../docs/gcode.md");
 
@@ -20,6 +20,12 @@ fn the_document_says_how_many_are_told() {
     ] {
         assert!(DOCUMENT.contains(&said), "docs/gcode.md must say: {said}");
     }
+}
+
+#[test]
+fn the_document_says_what_a_corner_without_a_tolerance_has() {
+    let said = format!("without P by {} µm.", steps::USUAL_TOLERANCE.um());
+    assert!(DOCUMENT.contains(&said), "docs/gcode.md must say: {said}");
 }
 
 /// The program at the head of the document is good, and no feed of it is too fast.
