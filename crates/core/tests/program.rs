@@ -334,6 +334,24 @@ fn a_hold_among_short_lines_slows_down_through_their_corners() {
     assert_within(&tick.places, &[STAGE; 2]);
 }
 
+/// A corner that becomes known later takes more of its lines than a rest would, and so asks for less speed before: what is
+/// gone at already must not be taken back.
+#[test]
+fn chords_of_a_circle_that_become_known_one_by_one_are_gone_through() {
+    let on = |k: u32| {
+        let angle = f64::from(k) * 0.002;
+        [8e9 + 2e9 * angle.cos(), 1e10 + 2e9 * angle.sin()].map(f64::round)
+    };
+    let mut tick = Tick::new(pm(on(0)), [STAGE; 2]);
+    for k in 1..1600 {
+        tick.make_room();
+        tick.program.take(&line(on(k), 1e6, 1e6)).expect("it is one");
+    }
+    tick.finish();
+    assert_within(&tick.places, &[STAGE; 2]);
+    assert_eq!(tick.places.last(), Some(&on(1599)));
+}
+
 /// At a tolerance that is too small for a rounding at speed the lines are laid over each other.
 #[test]
 fn a_corner_of_a_micrometre_is_sooner_than_a_stop() {

@@ -81,6 +81,9 @@ fn delay(corner: &Corner, lines: &[Line; 2]) -> f64 {
     corner.ticks() + of(&lines[0]) + of(&lines[1])
 }
 
+/// Part of a speed that is left, so that no way is too short by what was rounded.
+const ROUNDED: f64 = 1e-9;
+
 /// A line between two corners.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line {
@@ -111,7 +114,9 @@ impl Line {
         if corner.speed <= speed || left(&corner) >= 0.0 {
             return corner;
         }
+        // A little less, or rounding may say that there is no way.
         let slowed = corner.slowed(corner.speed, left);
+        let slowed = slowed.at_speed(slowed.speed * (1.0 - ROUNDED));
         // It need not be slower than the other.
         if slowed.speed < speed { slowed.at_speed(speed) } else { slowed }
     }

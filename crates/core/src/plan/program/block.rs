@@ -22,6 +22,10 @@ pub(super) struct Block {
     pub(super) corner: Corner,
     /// How the lines are laid over each other where the corner is not passed at speed.
     pub(super) overlap: Option<Overlap>,
+    /// The speed of the corner by what is known now, and by the last that a motion was decided on: from there to the end of
+    /// what was known then each can be reached. More that is known may ask for less: a faster corner takes more of its lines.
+    pub(super) ahead: f64,
+    pub(super) promised: f64,
     /// It is a scan, and no curve.
     pub(super) scan: Option<Scan>,
 }

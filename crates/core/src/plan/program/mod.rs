@@ -221,6 +221,9 @@ impl Program {
             return self.decide_scan(&scan);
         }
         let decided = self.next_block(self.next, self.state).ok_or(Infeasible::End)?;
+        if self.blocks.get(self.next).is_some_and(|block| decided.is_as_slow_as(block.ahead)) {
+            self.promise();
+        }
         for run in decided.runs.into_iter().flatten() {
             self.append(What::Run(run), run.ticks());
         }
@@ -248,12 +251,12 @@ impl Program {
         Ok(())
     }
 
-    fn next_block(&self, number: usize, state: State) -> Option<speeds::Decided> {
+    fn next_block(&mut self, number: usize, state: State) -> Option<speeds::Decided> {
         if self.held { self.slowly(number, state) } else { self.along(number, state) }
     }
 
     fn rests(&self) -> bool {
-        self.state.speed == 0.0 && self.state.acceleration == 0.0
+        rests(&self.state)
     }
 
     fn append(&mut self, what: What, ticks: f64) {
@@ -310,6 +313,10 @@ impl Program {
                 return None;
             }
             let state = run.motion().at(time - part.begins);
+            // It is about to rest there anyway.
+            if rests(&state) {
+                return None;
+            }
             _ = self.next_block(part.block, state)?;
             self.cut(number, time);
             (self.next, self.state) = (part.block, state);
@@ -373,6 +380,10 @@ impl Program {
             }
         }
     }
+}
+
+fn rests(state: &State) -> bool {
+    state.speed == 0.0 && state.acceleration == 0.0
 }
 
 /// The end of a curve, to a picometre.

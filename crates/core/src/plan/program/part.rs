@@ -68,7 +68,9 @@ impl Laying {
                     return None;
                 }
                 let piece = pieces.next_of_motion()?;
-                Some((piece, Some(if pieces.is_over() { part.ends } else { pieces.time() })))
+                // The end of the part, without what sums have rounded, or where something else begins.
+                let until = if pieces.is_over() { part.ends } else { pieces.time().min(part.ends) };
+                Some((piece, Some(until)))
             }
             What::Scan => self.next_of_scan(part, scan?),
             What::Round(corner) => self.next_of_corner(part, &corner),

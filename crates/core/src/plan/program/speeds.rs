@@ -1,5 +1,6 @@
 //! How a block is gone along: from the state it begins with, to the corner at its end.
 
+use super::super::chain::Line;
 use super::super::corner::Corner;
 use super::super::curve::Place;
 use super::super::overlap::Overlap;
@@ -24,6 +25,13 @@ pub(super) struct Decided {
     pub(super) end: End,
 }
 
+impl Decided {
+    /// Whether it comes to the end of its block at a speed or slower.
+    pub(super) fn is_as_slow_as(&self, speed: f64) -> bool {
+        if let End::Round(corner) = self.end { corner.speed <= speed } else { true }
+    }
+}
+
 /// What comes at the end of a block.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum End {
@@ -39,24 +47,25 @@ pub(super) enum End {
 
 impl Program {
     /// As fast as all that is known allows.
-    pub(super) fn along(&self, number: usize, state: State) -> Option<Decided> {
-        let block = self.blocks.get(number)?;
+    pub(super) fn along(&mut self, number: usize, state: State) -> Option<Decided> {
         let corner = self.look_ahead(number, state)?;
         let is_last = number.saturating_add(1) == self.blocks.len();
+        let block = self.blocks.get(number)?;
         let overlap = block.overlap.filter(|_| corner.speed == 0.0 && !is_last);
         overlap
             .and_then(|overlap| block.overlapped(state, overlap))
             .or_else(|| block.run(state, corner))
-            .or_else(|| block.run(state, corner.at_speed(0.0)))
+            .or_else(|| block.run(state, block.corner.at_speed(block.promised)))
+            .or_else(|| self.slowly(number, state))
     }
 
     /// To rest as soon as the path allows: within the block, or around the corner at its end as slowly as can be.
-    pub(super) fn slowly(&self, number: usize, state: State) -> Option<Decided> {
-        let block = self.blocks.get(number)?;
-        if let Some(stop) = block.stop(state) {
+    pub(super) fn slowly(&mut self, number: usize, state: State) -> Option<Decided> {
+        if let Some(stop) = self.blocks.get(number)?.stop(state) {
             return Some(stop);
         }
         let fastest = self.look_ahead(number, state)?;
+        let block = self.blocks.get(number)?;
         let mut slowest = block.slowest(state, fastest);
         for _ in 0..TRIES {
             if let Some(decided) = block.run(state, slowest) {
@@ -65,25 +74,33 @@ impl Program {
             // The state has an acceleration, which was not thought of.
             slowest = slowest.at_speed(f64::midpoint(slowest.speed, fastest.speed));
         }
-        block.run(state, fastest)
+        block.run(state, fastest).or_else(|| block.run(state, block.corner.at_speed(block.promised)))
     }
 
     /// The corner at the end of a block: none is faster than the block behind it can slow down from, nor than this one can
     /// speed up to.
-    fn look_ahead(&self, number: usize, state: State) -> Option<Corner> {
-        let mut corner = Corner::default();
-        let mut behind: Option<&Block> = None;
-        for block in (number..self.blocks.len()).rev().filter_map(|number| self.blocks.get(number)) {
-            corner = match behind {
-                Some(behind) => behind.line().slowed(block.corner, &corner),
-                None => Corner::default(),
-            };
-            behind = Some(block);
+    fn look_ahead(&mut self, number: usize, state: State) -> Option<Corner> {
+        let (mut corner, mut behind) = (Corner::default(), None::<Line>);
+        for number in (number..self.blocks.len()).rev() {
+            let block = self.blocks.get_mut(number)?;
+            corner = behind.map_or(Corner::default(), |behind| behind.slowed(block.corner, &corner));
+            block.ahead = corner.speed;
+            behind = Some(block.line());
         }
         // First the acceleration of the state is taken back.
-        let jerk = behind?.limits.jerk;
+        let line = behind?;
+        let jerk = line.limits.jerk;
         let settled = state.after(state.acceleration.abs() / jerk, -state.acceleration.signum() * jerk);
-        Some(behind?.line().slowed_for(corner, settled.position, settled.speed))
+        Some(line.slowed_for(corner, settled.position, settled.speed))
+    }
+
+    /// What was looked ahead for last is what is gone by from now on.
+    pub(super) fn promise(&mut self) {
+        for number in self.next..self.blocks.len() {
+            if let Some(block) = self.blocks.get_mut(number) {
+                block.promised = block.ahead;
+            }
+        }
     }
 }
 
