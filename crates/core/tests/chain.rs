@@ -1,24 +1,39 @@
 //! Chains of lines with rounded corners, tick by tick: within tolerance and limits, exact at the end, and how fast.
 
+mod tick;
 mod walked;
 
+use abbe_core::Pos;
 use abbe_core::plan::Limits;
-use abbe_core::plan::chain::{Manner, look_ahead, walk};
 use abbe_core::plan::corner::Corner;
 use abbe_core::plan::curve::Place;
-use abbe_core::plan::pieces::Piece;
+use abbe_core::plan::overlap::Overlap;
+use abbe_core::plan::program::{BLOCKS, Program};
+use abbe_core::plan::segment::{Feed, Segment, Shape};
+use abbe_core::plan::steps::Walker;
 use abbe_core::plan::transfer::{Infeasible, State, Transfer};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use tick::{Tick, line, pm};
 use walked::{STAGE, assert_within};
+
+/// How a chain of lines is gone along.
+#[derive(Clone, Copy, Debug)]
+struct Manner {
+    axes: [Limits; 2],
+    feed: f64,
+    tolerance: f64,
+}
 
 /// The set-points of all ticks and of a few beyond, pm.
 fn walked(places: &[Place], manner: &Manner) -> Vec<Place> {
-    let mut corners = vec![Corner::default(); places.len().saturating_sub(2)];
-    let mut pieces: Vec<Piece> = Vec::new();
-    let corners = look_ahead(places, manner, &mut corners);
-    let ticks = walk(places, manner, corners, |piece| pieces.push(piece)).expect("it is possible");
-    walked::walked(&pieces, ticks)
+    let mut tick = Tick::new(pm(places[0]), manner.axes);
+    for place in &places[1..] {
+        tick.make_room();
+        tick.program.take(&line(*place, manner.feed, manner.tolerance)).expect("it is one");
+    }
+    tick.finish();
+    tick.places
 }
 
 /// From a place to the nearest of the lines, pm.
@@ -35,7 +50,7 @@ fn beside(places: &[Place], [x, y]: Place) -> f64 {
 }
 
 #[test]
-fn a_right_angle_is_cut_by_the_tolerance_and_no_more_if_it_is_worth_it() {
+fn a_right_angle_is_cut_by_the_tolerance_and_no_more() {
     let places = [[0.0, 0.0], [1e9, 0.0], [1e9, 1e9]];
     for tolerance in [1e6, 1e8] {
         let corner = Corner::fastest(places, &[STAGE; 2], 2e6, tolerance, 0.5e9);
@@ -48,12 +63,10 @@ fn a_right_angle_is_cut_by_the_tolerance_and_no_more_if_it_is_worth_it() {
         assert_eq!(path.last(), Some(&places[2]));
         let nearest = path.iter().map(|[x, y]| (x - 1e9).hypot(*y)).fold(f64::INFINITY, f64::min);
         let stopping = walked(&places, &Manner { tolerance: 0.0, ..manner });
-        // A micrometre is too little for it: a stop is sooner.
-        let rounds = tolerance > 1e7;
-        assert_eq!(nearest > 0.0, rounds, "{nearest}");
+        assert!(nearest > 0.98 * tolerance, "{nearest}");
         // But for where the ticks fall.
         assert!(nearest <= 1.001 * tolerance, "{nearest}");
-        assert_eq!(path.len() < stopping.len(), rounds, "{} {}", path.len(), stopping.len());
+        assert!(path.len() + 100 < stopping.len(), "{} {}", path.len(), stopping.len());
         assert!(stopping.iter().all(|place| beside(&places, *place) < 1.0));
     }
 }
@@ -110,37 +123,38 @@ fn flat_corners_hardly_slow_down() {
 }
 
 #[test]
-fn what_is_no_chain_is_an_error_and_moves_nothing() {
-    let manner = Manner { axes: [STAGE; 2], feed: 2e6, tolerance: 1e6 };
-    let walk_of = |places: &[Place], manner: &Manner| {
-        let mut corners = vec![Corner::default(); places.len().saturating_sub(2)];
-        let corners = look_ahead(places, manner, &mut corners);
-        let mut number = 0;
-        walk(places, manner, corners, |_| number += 1).map(|ticks| (ticks, number))
-    };
-    let right_angle = [[0.0, 0.0], [1e9, 0.0], [1e9, 1e9]];
-    assert!(walk_of(&right_angle, &manner).is_ok());
-    assert_eq!(walk_of(&[], &manner), Ok((0.0, 0)));
-    assert_eq!(walk_of(&right_angle[..1], &manner), Ok((0.0, 1)));
-    // Beyond what fits, in place and in time.
-    assert_eq!(walk_of(&[[5.4e11, 0.0], [549_755_814_000.0, 0.0]], &manner), Err(Infeasible::NoNumber));
-    let crawl = Manner { feed: 10.0, ..manner };
-    assert_eq!(walk_of(&[[0.0, 0.0], [1e11, 0.0]], &crawl), Err(Infeasible::NoNumber));
-    assert_eq!(walk_of(&[[0.0, 0.0], [f64::NAN, 0.0]], &manner), Err(Infeasible::NoNumber));
-    for wrong in [f64::NAN, -1.0] {
-        assert_eq!(walk_of(&right_angle, &Manner { feed: wrong, ..manner }), Err(Infeasible::NoNumber));
-        assert_eq!(walk_of(&right_angle, &Manner { tolerance: wrong, ..manner }), Err(Infeasible::NoNumber));
-        let axes = [STAGE, Limits { speed: wrong, ..STAGE }];
-        assert_eq!(walk_of(&right_angle, &Manner { axes, ..manner }), Err(Infeasible::NoNumber));
+fn what_cannot_be_gone_is_an_error_and_is_not_taken() {
+    let mut tick = Tick::new(pm([0.0, 0.0]), [STAGE; 2]);
+    let mut take = |segment: &Segment| tick.program.take(segment);
+    assert_eq!(
+        take(&Segment { feed: Feed::default(), ..line([1e9, 0.0], 1.0, 0.0) }),
+        Err(Infeasible::NoNumber)
+    );
+    assert_eq!(take(&line([1e9, 0.0], 1e6, -1.0)), Err(Infeasible::NoNumber));
+    let shape = Shape::Sine { amplitude: Pos::ZERO, periods: 1, phase: 0 };
+    assert_eq!(take(&Segment { shape, ..line([1e9, 0.0], 1e6, 0.0) }), Err(Infeasible::NoNumber));
+    assert_eq!(take(&line([1e9, 0.0], 1e6, 0.0)), Ok(()));
+    let mut taken = 1;
+    while take(&line([f64::from(taken), 1e9], 1e6, 0.0)).is_ok() {
+        taken += 1;
     }
-    // Nothing is left of what stood in the place of the corners before.
-    let mut corners = [Corner::fastest(right_angle, &[STAGE; 2], 2e6, 1e8, 5e8)];
-    assert!(corners[0].speed > 0.0);
-    let stopped = look_ahead(&right_angle, &Manner { feed: f64::NAN, ..manner }, &mut corners);
-    assert_eq!(stopped, [Corner::default()]);
-    let endless = Limits { speed: f64::INFINITY, ..STAGE };
-    let endless = Manner { axes: [endless; 2], feed: f64::INFINITY, ..manner };
-    assert_eq!(walk_of(&right_angle, &endless), Err(Infeasible::NoNumber));
+    assert_eq!(taken as usize, BLOCKS);
+    for wrong in [f64::NAN, -1.0, f64::INFINITY, 0.0] {
+        let axes = [STAGE, Limits { speed: wrong, ..STAGE }];
+        let mut program = Program::new(pm([0.0, 0.0]), axes, 1.0, 0);
+        assert_eq!(
+            program.take(&line([0.0, 1e9], 1e6, 0.0)).is_err(),
+            wrong.is_nan() || wrong <= 0.0 || wrong > 1e300,
+            "{wrong}"
+        );
+    }
+    // Beyond what fits, in place and in time.
+    for (to, feed) in [([549_755_814_000.0, 0.0], 2e6), ([1e11, 0.0], 10.0)] {
+        let mut program = Program::new(pm([5.4e11, 0.0]), [STAGE; 2], 1.0, 0);
+        program.take(&line(to, feed, 0.0)).expect("it is a line");
+        let mut spans = (0..10).map(|now| program.span(now));
+        assert!(spans.any(|span| span == Err(Infeasible::NoNumber)), "{to:?}");
+    }
 }
 
 /// Corners that use all of their lines leave nothing between, but for what is rounded: no reason to go back.
@@ -184,4 +198,115 @@ fn corners_that_meet_on_a_line_leave_it_no_time_and_are_no_error() {
         acceleration: 0.0,
     });
     assert_eq!(Transfer::fastest(from, to, &axes[1]).map(|motion| motion.ticks()), Ok(0.0));
+}
+
+/// Both corners against their cubics summed up: where they begin and end, how near they come, within the limits of both axes.
+#[test]
+fn corners_are_what_their_cubics_sum_up_to() {
+    let mut random = Pcg64Mcg::seed_from_u64(5);
+    let (mut rounded, mut overlapped) = (0, 0);
+    for _ in 0..120_000 {
+        let mut place = |size: f64| [(); 2].map(|()| random.random_range(-size..size).round());
+        let places = [place(1e9), place(1e9), place(1e9)];
+        let [before, behind] = [0, 1].map(|k| {
+            let way = [places[k + 1][0] - places[k][0], places[k + 1][1] - places[k][1]];
+            let length = way[0].hypot(way[1]);
+            (way.map(|part| part / length), length)
+        });
+        let axes = [(); 2].map(|()| Limits {
+            speed: 10_f64.powf(random.random_range(5.0..6.5)),
+            acceleration: 10_f64.powf(random.random_range(3.0..4.0)),
+            jerk: 10_f64.powf(random.random_range(0.5..2.0)),
+        });
+        let tolerance = 10_f64.powf(random.random_range(2.0..8.0));
+        let room = before.1.min(behind.1) / 2.0;
+        let corner = Corner::fastest(places, &axes, 3e6, tolerance, room);
+        let along = |way: Place| {
+            let by = |of: fn(&Limits) -> f64| (of(&axes[0]) / way[0].abs()).min(of(&axes[1]) / way[1].abs());
+            Limits { speed: by(|l| l.speed), acceleration: by(|l| l.acceleration), jerk: by(|l| l.jerk) }
+        };
+        let limits = [along(before.0), along(behind.0)];
+        let lines = [(before.1, &limits[0]), (behind.1, &limits[1])];
+        if corner.speed > 0.0 {
+            rounded += 1;
+            let state = |way: Place, reach: f64| {
+                [0, 1].map(|k| (places[1][k] + reach * way[k], corner.speed * way[k], 0.0))
+            };
+            let ends = [state(before.0, -corner.reach()), state(behind.0, corner.reach())];
+            assert!(corner.reach() <= room * (1.0 + 1e-9));
+            let pieces = corner.pieces(0.0).map(|piece| piece.expect("it fits"));
+            check(
+                &pieces,
+                &corner.times(0.0),
+                corner.ticks(),
+                ends,
+                (places[1], corner.off(), tolerance),
+                &axes,
+            );
+        }
+        if let Some(overlap) = Overlap::longest(places, &axes, lines, tolerance) {
+            overlapped += 1;
+            let [first, last] = [overlap.before(before.1), overlap.behind()];
+            let at = |way: Place, from: Place, state: State| {
+                [0, 1].map(|k| {
+                    (from[k] + state.position * way[k], state.speed * way[k], state.acceleration * way[k])
+                })
+            };
+            let ends = [at(before.0, places[0], first), at(behind.0, places[1], last)];
+            let piece = overlap.piece(0.0).expect("it fits");
+            check(&[piece], &[0.0], overlap.ticks(), ends, (places[1], overlap.off(), tolerance), &axes);
+        }
+    }
+    assert!(rounded > 100_000 && overlapped > 100_000, "{rounded} {overlapped}");
+}
+
+/// Place, speed and acceleration of both axes.
+type States = [(f64, f64, f64); 2];
+
+fn check(
+    pieces: &[[abbe_core::plan::steps::Leg; 2]],
+    times: &[f64],
+    ticks: f64,
+    ends: [States; 2],
+    (corner, off, tolerance): (Place, f64, f64),
+    axes: &[Limits; 2],
+) {
+    let mut nearest = f64::INFINITY;
+    for (number, piece) in pieces.iter().enumerate() {
+        let (begins, until) = (times[number], times.get(number + 1).copied().unwrap_or(ticks));
+        // What a walker has at its first tick, taken back to where the piece begins.
+        let from = piece.map(|leg| {
+            let (state, jerk) = Walker::at(&leg).state();
+            (state.after(begins - f64::from(leg.first), jerk), jerk)
+        });
+        let close = |states: [State; 2], ends: States| {
+            for (state, (place, speed, acceleration)) in states.iter().zip(ends) {
+                assert!((state.position - place).abs() < 0.1, "{} {place}", state.position);
+                assert!(
+                    (state.speed - speed).abs() < 1e-3 && (state.acceleration - acceleration).abs() < 1e-5
+                );
+            }
+        };
+        if number == 0 {
+            close(from.map(|(state, _)| state), ends[0]);
+        }
+        if number + 1 == pieces.len() {
+            close(from.map(|(state, jerk)| state.after(until - begins, jerk)), ends[1]);
+        }
+        for part in 0..=24 {
+            let time = (until - begins) * f64::from(part) / 24.0;
+            let states = from.map(|(state, jerk)| state.after(time, jerk));
+            nearest = nearest.min((states[0].position - corner[0]).hypot(states[1].position - corner[1]));
+            for ((state, (_, jerk)), limits) in states.iter().zip(from).zip(axes) {
+                let within = |value: f64, limit: f64| value.abs() <= limit * (1.0 + 1e-6) + 1e-3;
+                assert!(within(state.speed, limits.speed) && within(state.acceleration, limits.acceleration));
+                assert!(within(jerk, limits.jerk), "{jerk} {}", limits.jerk);
+            }
+        }
+    }
+    // The middle is one of the parts.
+    assert!(
+        (nearest - off).abs() <= 0.2 + 1e-6 * off && off <= tolerance * (1.0 + 1e-9),
+        "{nearest} {off} {tolerance}"
+    );
 }

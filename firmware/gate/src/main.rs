@@ -21,13 +21,14 @@ use abbe_core::front::compare::{Counted, Fired, Places, PlacesError, Sampled, Wh
 use abbe_core::front::quadrature::{FilterError, filter_for, levels};
 use abbe_core::front::{Decode, DecoderWords, QuadratureCounter, Runs, Setup, StepEmitter, emitter};
 use abbe_core::machine::{Event, State, transition};
-use abbe_core::plan::chain::{self, Manner, look_ahead};
 use abbe_core::plan::chords::{Chords, Wave, WaveError};
 use abbe_core::plan::compare::{Arc, Axis, Circle, CircleError, Line, Step, TooFar, Turn};
 use abbe_core::plan::corner::Corner;
 use abbe_core::plan::curve::{self, Curve};
 use abbe_core::plan::elsewhere::turn;
+use abbe_core::plan::overlap::Overlap;
 use abbe_core::plan::pieces::{Along, Piece};
+use abbe_core::plan::program::Program;
 use abbe_core::plan::scan::{Lines, Order, Scan, ScanError};
 use abbe_core::plan::segment::{Feed, Shape};
 use abbe_core::plan::span::Batch;
@@ -227,7 +228,8 @@ fn plans() {
         Err((axis, error)) => _ = write!(Nowhere, "{} {}", black_box(axis), black_box::<Infeasible>(error)),
     }
     curves(&limits);
-    chained(&limits);
+    corners(&limits);
+    program(&limits);
     scans(&limits);
 }
 
@@ -270,16 +272,27 @@ fn walk_piece(piece: Option<Piece>) {
     }
 }
 
-fn chained(limits: &Limits) {
-    let places = black_box([[0.0; 2]; 4]);
-    let manner = black_box(Manner { axes: [*limits; 2], feed: 1.0, tolerance: 1.0 });
-    let mut corners = black_box([Corner::default(); 2]);
-    let corners = look_ahead(black_box(&places), &manner, black_box(&mut corners));
-    for corner in black_box(&*corners) {
-        black_box((corner.ticks(), corner.reach(), corner.off(), corner.slowed(1.0, |_| black_box(1.0))));
-        black_box(corner.pieces(black_box(0.0)));
+fn corners(limits: &Limits) {
+    let (places, axes) = black_box(([[0.0; 2]; 3], [*limits; 2]));
+    let corner = Corner::fastest(places, &axes, black_box(1.0), black_box(1.0), black_box(1.0));
+    black_box((corner.ticks(), corner.reach(), corner.off(), corner.slowed(1.0, |_| black_box(1.0))));
+    black_box((corner.pieces(black_box(0.0)), corner.times(black_box(0.0))));
+    if let Some(overlap) = Overlap::longest(places, &axes, [(1.0, limits); 2], black_box(1.0)) {
+        black_box((overlap.ticks(), overlap.reach(), overlap.off(), overlap.before(1.0), overlap.behind()));
+        walk_piece(overlap.piece(black_box(0.0)));
     }
-    _ = black_box(chain::walk(black_box(&places), &manner, corners, |piece| walk_piece(Some(piece))));
+}
+
+/// Programs, beside the planner that uses them.
+fn program(limits: &Limits) {
+    let mut program = Program::new(black_box([Pos::ZERO; 2]), [*limits; 2], black_box(1.0), black_box(0));
+    while black_box(program.has_room()) {
+        black_box(program.take(black_box(&Segment::default())).is_ok());
+        black_box(program.span(black_box(0)).is_ok());
+        black_box((program.is_done(), program.is_held(), program.rate(), program.can_change()));
+        black_box((program.is_scanning(black_box(1)), program.rest(black_box(1)), program.set_rate(1.0, 1)));
+        program.go_on();
+    }
 }
 
 fn scans(limits: &Limits) {

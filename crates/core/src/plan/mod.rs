@@ -3,7 +3,6 @@
 //! Planning itself (durations, gains) is slow work and happens in [`crate::background`]; here a plan is only walked,
 //! in integers. [`compare`] and [`chords`] are the same division for paths in whole counts.
 
-pub mod chain;
 pub mod chords;
 pub mod compare;
 pub mod corner;

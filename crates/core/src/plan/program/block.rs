@@ -1,12 +1,12 @@
 //! A segment that was asked for, and the corner at its end.
 
-use super::super::chain::{Line, worth_it};
 use super::super::corner::Corner;
 use super::super::curve::{Curve, Place};
 use super::super::overlap::Overlap;
 use super::super::profile::Limits;
 use super::super::scan::{Scan, ScanPlan};
 use super::super::segment::place;
+use super::line::{Line, worth_it};
 
 /// A segment of a program's path.
 #[derive(Clone, Copy, Debug, Default)]
@@ -41,7 +41,8 @@ impl Block {
     ) -> Option<Self> {
         let mut block = Self { curve, feed, tolerance, ..Self::default() };
         block.limit(axes, rate);
-        (block.limits.are_numbers() && tolerance >= 0.0).then_some(block)
+        let numbers = axes.iter().chain([&block.limits]).all(Limits::are_numbers);
+        (numbers && tolerance >= 0.0).then_some(block)
     }
 
     /// A scan: the curve leads straight to its end.

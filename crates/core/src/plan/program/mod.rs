@@ -11,6 +11,7 @@
 //! Until it has been passed it can be decided anew, from any tick on: to stop, or for another feed.
 
 mod block;
+mod line;
 mod part;
 mod speeds;
 

@@ -1,6 +1,5 @@
 //! How a block is gone along: from the state it begins with, to the corner at its end.
 
-use super::super::chain::Line;
 use super::super::corner::Corner;
 use super::super::curve::Place;
 use super::super::overlap::Overlap;
@@ -10,6 +9,7 @@ use super::super::root::{Point, root};
 use super::super::transfer::{State, Transfer};
 use super::Program;
 use super::block::Block;
+use super::line::Line;
 
 /// A motion along a curve never goes back by more than this part of its highest speed: what is rounded.
 const ROUNDED: f64 = 1e-6;
