@@ -142,7 +142,7 @@ impl Block {
         }
         // No way is left for that: as fast as it is.
         let settled = from.speed + from.acceleration * from.acceleration.abs() / (2.0 * self.limits.jerk);
-        let speed = from.speed.max(settled).max(self.limits.speed) * (1.0 + ROUNDED);
+        let speed = from.speed.max(settled).max(self.limits.speed);
         let motion = forward(from, &Limits { speed, ..self.limits })?;
         Some([Some(motion), None])
     }
