@@ -43,8 +43,9 @@ impl Overlap {
         // Both lines have a first and a last phase of this jerk that are longer: no acceleration nor speed is beyond a limit,
         // and there is room.
         let ticks = lines.iter().fold(cut, |ticks, (length, limits)| {
-            let whole = libm::cbrt(length / (2.0 * jerk));
-            let most = [limits.acceleration / jerk, libm::sqrt(limits.speed / jerk), whole];
+            // To rest in twice the way that is gone with the jerk alone: half of the line, not all, or rounding takes the rest.
+            let half = libm::cbrt(length / (4.0 * jerk));
+            let most = [limits.acceleration / jerk, libm::sqrt(limits.speed / jerk), half];
             most.into_iter().fold(ticks, f64::min)
         });
         let crosses = distance(before, behind) > FLAT && distance(both, [0.0; 2]) > FLAT;
