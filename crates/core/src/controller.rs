@@ -171,7 +171,7 @@ impl<const N: usize> Controller<N> {
         self.state
     }
 
-    /// The set-points of the last tick with their speed, acceleration and jerk; of a single move from rest only the places.
+    /// The set-points of the last tick with their speed, acceleration and jerk, stage frame: for feed-forward.
     pub fn set_points(&self) -> [SetPoint; N] {
         self.path.set_points()
     }

@@ -462,6 +462,39 @@ fn spans_that_come_too_late_or_for_another_move_change_nothing() {
     late.tick(&abbe_core::Inputs::at_rest(1));
 }
 
+/// Speed, acceleration and jerk of a set-point are those of the places around it, whatever moves the stage.
+#[test]
+fn set_points_know_how_they_go_on() {
+    for programmed in [false, true] {
+        let mut bench = Bench::homed();
+        if programmed {
+            bench.go(&[line(6.0, 3.0, 0.0)]);
+        } else {
+            bench.ask(Command::MoveTo(mm(6.0, 3.0)));
+        }
+        let mut seen = Vec::new();
+        while bench.status().state.is_busy() {
+            bench.tick();
+            seen.push(bench.controller.set_points());
+        }
+        let mut largest = 0.0_f64;
+        for three in seen.windows(3) {
+            for axis in 0..2 {
+                let [before, now, after] = [0, 1, 2].map(|k| three[k][axis].position.pm() as f64);
+                let speed = three[1][axis].speed as f64 / 2_f64.powi(38);
+                let acceleration = three[1][axis].acceleration as f64 / 2_f64.powi(46);
+                // Means over two ticks: off by a sixth of the jerk, at a change of it by more, and by what is rounded.
+                assert!((speed - (after - before) / 2.0).abs() < 12.0, "{speed} {}", (after - before) / 2.0);
+                assert!((acceleration - (after - 2.0 * now + before)).abs() < 24.0, "{acceleration}");
+                let jerk = three[1][axis].jerk as f64 / 2_f64.powi(50);
+                assert!(jerk.abs() < 20.001, "{jerk} {programmed}");
+                largest = largest.max(speed);
+            }
+        }
+        assert!((largest - 2e6).abs() < 10.0, "{largest}");
+    }
+}
+
 /// A run repeats from its recorded batches alone.
 #[test]
 fn the_batches_of_a_run_repeat_it_without_a_planner() {

@@ -2,6 +2,7 @@
 
 use super::profile::{Limits, Profile};
 use super::ramp::RampLimits;
+use super::steps::SetPoint;
 use super::transfer::State;
 use crate::units::Pos;
 use crate::wide;
@@ -48,6 +49,26 @@ impl<const N: usize> LinePlan<N> {
         }
         let acceleration = (along.acceleration / unit_pm).clamp(1.0, 2_147_483_648.0) as i64;
         Self { profile, from, to, gain, shift, braking: RampLimits::new(acceleration, 1) }
+    }
+
+    /// All of a set-point of each axis, of a way, a speed, an acceleration and a jerk in units.
+    pub(super) fn set_points(&self, way: i64, speed: i64, acceleration: i64, jerk: i64) -> [SetPoint; N] {
+        // A speed in units is the way of the last tick: half of the acceleration later it is that of now.
+        let twice = speed.wrapping_mul(2).wrapping_add(acceleration);
+        let mut set_points = [SetPoint::default(); N];
+        for ((set_point, position), gain) in set_points.iter_mut().zip(self.at(way)).zip(self.gain) {
+            let scaled = |units: i64, bits: u32| {
+                let size = wide::scaled(units.saturating_abs(), gain, self.shift.saturating_sub(bits));
+                if units < 0 { size.wrapping_neg() } else { size }
+            };
+            *set_point = SetPoint {
+                position,
+                speed: scaled(twice, 37),
+                acceleration: scaled(acceleration, 46),
+                jerk: scaled(jerk, 50),
+            };
+        }
+        set_points
     }
 
     /// The state of each axis after so many ticks, from which another motion goes on within the limits. Not for the tick.

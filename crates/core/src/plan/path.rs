@@ -115,12 +115,28 @@ impl<const N: usize> Path<N> {
         &self.set_point
     }
 
-    /// All of the last set-point, of a path that walks spans: at rest elsewhere.
+    /// All of the last set-point: where it is, and how it goes on. Not for a board's tick: multiplies.
     pub fn set_points(&self) -> [SetPoint; N] {
         let mut set_points = self.set_point.map(|position| SetPoint { position, ..SetPoint::default() });
-        if let Motion::Walking { .. } = self.motion {
-            for (set_point, walker) in set_points.iter_mut().zip(&self.walkers) {
-                *set_point = walker.set_point();
+        match &self.motion {
+            Motion::Hold | Motion::Waiting { .. } => {}
+            Motion::Line { plan, walk } => {
+                let jerk = walk.jerk_now(&plan.profile);
+                set_points = plan.set_points(walk.way, walk.speed, walk.acceleration, jerk);
+            }
+            Motion::Braking { plan, way, ramp } => {
+                set_points = plan.set_points(*way, ramp.speed, ramp.acceleration, 0);
+            }
+            Motion::Walking { .. } => {
+                for (set_point, walker) in set_points.iter_mut().zip(&self.walkers) {
+                    *set_point = walker.set_point();
+                }
+            }
+            Motion::Slowing { ramps, .. } => {
+                for (set_point, ramp) in set_points.iter_mut().zip(ramps) {
+                    set_point.speed = ramp.speed.wrapping_shl(38 - GLIDE_BITS);
+                    set_point.acceleration = ramp.acceleration.wrapping_shl(46 - GLIDE_BITS);
+                }
             }
         }
         set_points

@@ -157,6 +157,11 @@ impl Walk {
         self.acceleration = self.acceleration.saturating_add(jerk.saturating_mul(n));
     }
 
+    /// The jerk of the phase it is in, units.
+    pub fn jerk_now(&self, profile: &Profile) -> i64 {
+        profile.phase(self.phase).map_or(0, |(_, jerk)| jerk)
+    }
+
     /// Ticks gone.
     pub fn gone(&self, profile: &Profile) -> u32 {
         let before = (0..self.phase).filter_map(|number| profile.phase(number));

@@ -53,7 +53,9 @@ impl Writer<'_> {
                 let order = if *order == Order::FlyBack { FLY_BACK } else { 0 };
                 let by = if matches!(lines, Lines::Pitch(_)) { BY_PITCH } else { 0 };
                 self.byte(SCAN | fast | order | by);
-                corners.iter().for_each(|corner| self.plane(corner));
+                for corner in corners {
+                    self.plane(corner);
+                }
                 match lines {
                     Lines::Number(number) => self.number32(*number),
                     Lines::Pitch(pitch) => self.signed(pitch.pm()),
