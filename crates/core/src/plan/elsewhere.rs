@@ -17,7 +17,7 @@ const LEGS: usize = 11;
 pub type Spans<const N: usize> = Ring<Span<N>, MOST>;
 
 /// From what the stage will be doing at tick `start` to rest at a place: all axes arrive together, as soon as their limits
-/// allow; which way they go there is what comes of it. An axis that is too fast for its limits, by what was rounded or
+/// allow, or one of them is there sooner and waits; which way they go there is what comes of it. An axis that is too fast for its limits, by what was rounded or
 /// because they are lower now, slows down first.
 ///
 /// # Errors
@@ -66,7 +66,7 @@ impl Axis {
     }
 
     fn lasting(&self, ticks: f64, limits: &Limits) -> Result<Self, Infeasible> {
-        Ok(Self { rest: self.rest.lasting(limits, ticks - self.slow.ticks())?, ..*self })
+        Ok(Self { rest: self.rest.lasting_or_sooner(limits, ticks - self.slow.ticks())?, ..*self })
     }
 
     /// Laid out, in their order.

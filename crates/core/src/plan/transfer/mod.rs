@@ -84,6 +84,8 @@ pub struct Transfer {
 
 /// A state may be beyond a limit by so much of it: what sums of rounded numbers leave.
 const SLACK: f64 = 1e-11;
+/// A motion is late if it takes longer by such a part: more than rounding.
+const LATE: f64 = 1e-9;
 /// The sums of its phases may miss the end by so much of the way: what rounding leaves.
 const MISSES: f64 = 1e-10;
 /// The phase of constant speed. What the ones before it leave of an acceleration is rounded, and would grow with the square
@@ -182,6 +184,16 @@ impl Transfer {
             return Ok(slower);
         }
         Ok(self.with_less(limits, ticks).unwrap_or(slower))
+    }
+
+    /// The same; but if that would take longer and comes to rest, the fastest, which is there sooner and can wait.
+    ///
+    /// # Errors
+    /// As of [`Transfer::lasting`].
+    pub fn lasting_or_sooner(&self, limits: &Limits, ticks: f64) -> Result<Self, Infeasible> {
+        let lasting = self.lasting(limits, ticks)?;
+        let is_late = lasting.ticks() > ticks * (1.0 + LATE);
+        Ok(if is_late && self.to.is_at_rest() { *self } else { lasting })
     }
 
     /// One with a phase at a lower speed.

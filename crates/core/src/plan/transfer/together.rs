@@ -7,7 +7,8 @@ use crate::plan::Limits;
 /// them arrive together.
 ///
 /// The path between is what comes of it; from rest to rest along a line there is [`LinePlan`](crate::plan::LinePlan). An
-/// axis that cannot take just as long as the slowest ([`Transfer::lasting`]) makes the others wait for it.
+/// axis that cannot take just as long as the slowest ([`Transfer::lasting`]) is there sooner if it comes to rest, and waits;
+/// else it makes the others wait for it.
 ///
 /// # Errors
 /// As of [`Transfer::fastest`], with the axis that is the first to have one.
@@ -30,7 +31,7 @@ pub fn together<const N: usize>(
         let before = longest;
         for (axis, (motion, limits)) in motions.iter_mut().zip(limits).enumerate() {
             if motion.ticks() < longest * EVEN {
-                *motion = motion.lasting(limits, longest).map_err(|why| (axis, why))?;
+                *motion = motion.lasting_or_sooner(limits, longest).map_err(|why| (axis, why))?;
             }
             longest = longest.max(motion.ticks());
         }
