@@ -138,8 +138,9 @@ impl<const N: usize> Controller<N> {
         let now = self.last_tick.unwrap_or(0);
         let late = batch.cut.is_some_and(|cut| has_come(cut, now))
             || batch.spans.get(0).is_some_and(|span| has_come(span.first, now));
-        let driven = matches!(self.state, State::Moving | State::Stopping);
-        if late || batch.number != self.move_number || !driven {
+        // What stops is a program, on its path; a turn is not waited for.
+        let wanted = self.state == State::Moving || (self.state == State::Stopping && self.program.open);
+        if late || batch.number != self.move_number || !wanted || !self.path.takes_spans() {
             return false;
         }
         if let Some(cut) = batch.cut {

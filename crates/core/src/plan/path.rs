@@ -166,6 +166,10 @@ impl<const N: usize> Path<N> {
 
     /// What it will be doing at a tick to come, if nothing else is said.
     pub fn going(&self, tick: u32, now: u32) -> Going<N> {
+        // The first of a motion moves all axes, whatever they did before.
+        if self.spans.get(0).is_some_and(|span| has_come(span.first, tick)) {
+            return Going::Walking(self.walking(tick, now));
+        }
         match self.motion {
             Motion::Waiting { plan, start } => Going::Line(plan, ticks_to(tick, start)),
             Motion::Line { plan, walk } => {
@@ -217,6 +221,11 @@ impl<const N: usize> Path<N> {
     /// Whether the set-point stands, and nothing waits.
     pub fn is_holding(&self) -> bool {
         matches!(self.motion, Motion::Hold) && self.spans.is_empty()
+    }
+
+    /// Whether spans can be taken: it does not brake by itself.
+    pub fn takes_spans(&self) -> bool {
+        !matches!(self.motion, Motion::Braking { .. } | Motion::Slowing { .. })
     }
 
     /// Whether it stands and nothing that was begun moves it; a plan may wait.
