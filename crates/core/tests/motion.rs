@@ -15,6 +15,7 @@ use abbe_core::plan::compare::Axis;
 use abbe_core::plan::curve::Place;
 use abbe_core::plan::scan::{Lines, Order, Scan};
 use abbe_core::plan::segment::{Feed, Segment, Shape};
+use abbe_core::plan::steps::SetPoint;
 use abbe_core::publish::{Fault, Outcome};
 use abbe_core::{Command, Controller, Outputs, Pos, Refusal, Status};
 use ideal::Ideal;
@@ -483,18 +484,16 @@ fn set_points_know_how_they_go_on() {
             seen.push(bench.controller.set_points());
         }
         let mut largest = 0.0_f64;
-        for three in seen.windows(3) {
-            for axis in 0..2 {
-                let [before, now, after] = [0, 1, 2].map(|k| three[k][axis].position.pm() as f64);
-                let speed = three[1][axis].speed as f64 / 2_f64.powi(38);
-                let acceleration = three[1][axis].acceleration as f64 / 2_f64.powi(46);
-                // Means over two ticks: off by a sixth of the jerk, at a change of it by more, and by what is rounded.
-                assert!((speed - (after - before) / 2.0).abs() < 12.0, "{speed} {}", (after - before) / 2.0);
-                assert!((acceleration - (after - 2.0 * now + before)).abs() < 24.0, "{acceleration}");
-                let jerk = three[1][axis].jerk as f64 / 2_f64.powi(50);
-                assert!(jerk.abs() < 20.001, "{jerk} {programmed}");
-                largest = largest.max(speed);
-            }
+        for (three, axis) in seen.windows(3).flat_map(|three| [(three, 0), (three, 1)]) {
+            let [before, now, after] = [0, 1, 2].map(|k| three[k][axis].position.pm() as f64);
+            let SetPoint { speed, acceleration, jerk, .. } = three[1][axis];
+            let [speed, acceleration, jerk] = [(speed, 38), (acceleration, 46), (jerk, 50)]
+                .map(|(fixed, bits)| fixed as f64 / 2_f64.powi(bits));
+            // Means over two ticks: off by a sixth of the jerk, at a change of it by more, and by what is rounded.
+            assert!((speed - (after - before) / 2.0).abs() < 12.0, "{speed} {}", (after - before) / 2.0);
+            assert!((acceleration - (after - 2.0 * now + before)).abs() < 24.0, "{acceleration}");
+            assert!(jerk.abs() < 20.001, "{jerk} {programmed}");
+            largest = largest.max(speed);
         }
         // Whole ticks cost a single move a little.
         assert!((1.998e6..2.000_01e6).contains(&largest), "{largest}");
