@@ -15,6 +15,7 @@ use crate::sweep::watch::Watch;
 use abbe_core::command::Compare;
 use abbe_core::{Command, Pos};
 use abbe_metrology::measure::Arrival;
+use indicatif::ProgressBar;
 use std::path::Path;
 
 /// Ticks between two looks for a fault and for Ctrl-C.
@@ -40,15 +41,21 @@ pub(crate) fn run(preset: &Preset, seed: u64, asked: &Sweep) -> Result<Answer, F
 
 /// Sweeps with a stage that stands where it begins, and waits for measured arrival.
 fn sweep(rig: &mut Rig, planned: &Planned, watch: &mut Watch<'_>) -> Result<Arrival, Failure> {
-    let swept = go_through(rig, planned, watch);
+    let bar = progress::bar("sweeping", planned.plan.lines() as usize);
+    let swept = go_through(rig, planned, watch, &bar);
+    bar.finish_and_clear();
     if swept.is_err() {
         come_to_rest(rig);
     }
     swept
 }
 
-fn go_through(rig: &mut Rig, planned: &Planned, watch: &mut Watch<'_>) -> Result<Arrival, Failure> {
-    let bar = progress::bar("sweeping", planned.plan.lines() as usize);
+fn go_through(
+    rig: &mut Rig,
+    planned: &Planned,
+    watch: &mut Watch<'_>,
+    bar: &ProgressBar,
+) -> Result<Arrival, Failure> {
     rig.ask(Command::Compare(Some(Compare { axis: planned.fast(), places: planned.places })))?;
     rig.ask(Command::Go(planned.segment))?;
     let mut ticks: u64 = 0;
@@ -61,7 +68,6 @@ fn go_through(rig: &mut Rig, planned: &Planned, watch: &mut Watch<'_>) -> Result
             bar.set_position(watch.lines().into());
         }
     }
-    bar.finish_and_clear();
     rig.check()?;
     rig.ask(Command::Compare(None))?;
     Ok(rig.arrival()?)

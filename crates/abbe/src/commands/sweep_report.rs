@@ -45,21 +45,18 @@ impl SweptReport<'_> {
         let advice = "more --settle calms the stage before the area, more --play what it trembles by";
         let (sentence, each) = match &told[..] {
             [only] => (format!("{only}; {advice}"), Vec::new()),
-            _ => {
-                let lines = self.planned.plan.lines();
-                let untold = faulty.len() - told.len();
-                let untold =
-                    if untold > 0 { format!(" ({untold} of them not shown)") } else { String::new() };
-                let count = faulty.len();
-                (
-                    format!("{count} of {lines} lines missed places or passed them again{untold}; {advice}"),
-                    told,
-                )
-            }
+            _ => (format!("{}; {advice}", self.how_many(faulty.len())), told),
         };
         let mut document = self.document();
         document["error"] = json!(sentence);
         Errors { sentence, each, document }
+    }
+
+    fn how_many(&self, faulty: usize) -> String {
+        let untold = faulty.saturating_sub(TOLD);
+        let untold = if untold > 0 { format!(" ({untold} of them not shown)") } else { String::new() };
+        let lines = self.planned.plan.lines();
+        format!("{faulty} of {lines} lines missed places or passed them again{untold}")
     }
 
     fn text(&self) -> String {

@@ -4,6 +4,7 @@ use super::plan::Planned;
 use super::turns::Turn;
 use crate::cli::{Cli, Command};
 use crate::preset::{self, Preset};
+use abbe_core::Pos;
 use abbe_core::plan::Limits;
 use clap::Parser;
 
@@ -25,8 +26,8 @@ fn planned(preset: &Preset, options: &str) -> Result<Planned, String> {
 fn what_is_left_out_is_chosen() {
     let preset = usual();
     let sweep = planned(&preset, "--area 2x0.5 --lines 3 --speed 10 --every 100").unwrap();
-    assert_eq!(sweep.scan.corners.map(|corner| corner.map(|at| at.mm())), [[49.0, 49.75], [51.0, 50.25]]);
-    assert_eq!((sweep.scan.settle, sweep.places.play, sweep.places.number), (200, 500_000, 21));
+    assert_eq!(sweep.scan.corners.map(|corner| corner.map(Pos::mm)), [[49.0, 49.75], [51.0, 50.25]]);
+    assert_eq!((sweep.scan.settle, sweep.places.play, sweep.places.number), (200, 2_000_000, 21));
     assert_eq!((sweep.scan.speed, sweep.fast(), sweep.length().mm()), (1e6, 0, 2.0));
     let sweep =
         planned(&preset, "--area 2x0.5 --at 1,2 --pitch 200 --speed 10 --every 300 --along y").unwrap();
@@ -49,17 +50,17 @@ fn a_turn_and_what_stopping_would_take() {
     assert_eq!(Turn::of(&one), None);
 }
 
-/// Where nothing limits the jerk: v²/2a each way to stop and to start, and 2 √(pitch/a) across.
+/// Where the acceleration is there within a tick: v/a to stop and to start, and 2 √(pitch/a) across.
 #[test]
 fn stopping_is_what_it_is_by_hand() {
     let mut preset = usual();
     for axis in &mut preset.controller.config.axes {
-        axis.limits = Limits { jerk: 1e9, ..axis.limits };
+        axis.limits = Limits { jerk: 5000.0, ..axis.limits };
     }
     let options = "--area 10x5 --lines 11 --speed 20 --every 100 --settle 0";
     let found = Turn::of(&planned(&preset, options).unwrap()).unwrap().stop_and_go;
     let by_hand = 2.0 * 2e6 / 5000.0 + 2.0 * (5e8_f64 / 5000.0).sqrt();
-    assert!((found / by_hand - 1.0).abs() < 1e-3, "{found} {by_hand}");
+    assert!((by_hand..by_hand + 4.0).contains(&found), "{found} {by_hand}");
 }
 
 #[test]
@@ -78,8 +79,8 @@ fn what_the_stage_cannot_do_is_told_before_it_moves() {
         ("--area 2x0 --lines 2 --speed 10 --every 100", &["two in one place"]),
         ("--area 2x1 --lines 2 --speed 10 --every 0.0000001", &["pitch of position compare is 0"]),
         ("--area 2x1 --lines 2 --speed 10 --every 0.1", &["--every 0.1", "10.0 events in a tick", "8 fit"]),
-        ("--area 50x1 --lines 2 --speed 0.00001 --every 0.000001", &["50000000000 places"]),
-        ("--area 2x1 --lines 2 --speed 0.01 --every 1", &["--settle", "play of 0.500000 µm"]),
+        ("--area 50x1 --lines 2 --speed 10 --every 0.000001", &["50000000000 places"]),
+        ("--area 2x1 --lines 2 --speed 0.1 --every 1", &["--settle", "play of 2.000000 µm"]),
         ("--area 50x1 --lines 1 --speed 0.001 --every 1", &["134217728 ticks"]),
     ] {
         let told = planned(&preset, options).unwrap_err();
@@ -87,4 +88,5 @@ fn what_the_stage_cannot_do_is_told_before_it_moves() {
     }
     // One line turns nowhere.
     planned(&preset, "--area 0.1x0 --lines 1 --speed 0.01 --every 1").unwrap();
+    planned(&preset, "--area 2x1 --lines 2 --speed 0.1 --every 1 --settle 40").unwrap();
 }
