@@ -39,7 +39,7 @@ pub(crate) struct Sweep {
     /// Distance of the places at which an event fires, µm, from the low edge of the area on.
     #[arg(long, value_name = "UM", value_parser = above_zero, allow_hyphen_values = true)]
     pub(crate) every: f64,
-    /// How far the stage may go back without firing a place again, µm [default: two counts, or 2 if that is more].
+    /// How far the stage may go back without firing a place again, µm [default: two counts, or 1 if that is more].
     #[arg(long, value_name = "UM", value_parser = not_below_zero, allow_hyphen_values = true)]
     pub(crate) play: Option<f64>,
     /// Write each event: time, line, place, direction, where the stage was measured and where it truly was.

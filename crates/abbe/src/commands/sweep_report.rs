@@ -42,7 +42,8 @@ impl SweptReport<'_> {
 
     fn errors(&self, faulty: &[Faulty]) -> Errors {
         let told: Vec<String> = faulty.iter().take(TOLD).map(|line| Told(line).to_string()).collect();
-        let advice = "more --settle calms the stage before the area, more --play what it trembles by";
+        let advice = "try another --speed, farther from the resonance of the motors, more --settle before each line, or more \
+                      --play, the way that it may go back";
         let (sentence, each) = match &told[..] {
             [only] => (format!("{only}; {advice}"), Vec::new()),
             _ => (format!("{}; {advice}", self.how_many(faulty.len())), told),

@@ -15,8 +15,9 @@ use abbe_core::units::PM_PER_MM;
 
 /// Play of two counts: one is what a standing reading may flicker by.
 const PLAY_COUNTS: f64 = 2.0;
-/// The least play, µm. A stepper that turns at its resonance goes back by up to 1.5 µm between its steps (docs/scans.md).
-const LEAST_PLAY_UM: f64 = 2.0;
+/// The least play, µm: by what a stage that creeps, a tenth of a millimetre a second, goes back now and then. At the
+/// resonance of a stepper no play helps; there another speed does (docs/scans.md).
+const LEAST_PLAY_UM: f64 = 1.0;
 
 /// A sweep that the stage can do.
 #[derive(Clone, Copy, Debug)]

@@ -27,7 +27,7 @@ fn what_is_left_out_is_chosen() {
     let preset = usual();
     let sweep = planned(&preset, "--area 2x0.5 --lines 3 --speed 10 --every 100").unwrap();
     assert_eq!(sweep.scan.corners.map(|corner| corner.map(Pos::mm)), [[49.0, 49.75], [51.0, 50.25]]);
-    assert_eq!((sweep.scan.settle, sweep.places.play, sweep.places.number), (200, 2_000_000, 21));
+    assert_eq!((sweep.scan.settle, sweep.places.play, sweep.places.number), (200, 1_000_000, 21));
     assert_eq!((sweep.scan.speed, sweep.fast(), sweep.length().mm()), (1e6, 0, 2.0));
     let sweep =
         planned(&preset, "--area 2x0.5 --at 1,2 --pitch 200 --speed 10 --every 300 --along y").unwrap();
@@ -80,7 +80,7 @@ fn what_the_stage_cannot_do_is_told_before_it_moves() {
         ("--area 2x1 --lines 2 --speed 10 --every 0.0000001", &["pitch of position compare is 0"]),
         ("--area 2x1 --lines 2 --speed 10 --every 0.1", &["--every 0.1", "10.0 events in a tick", "8 fit"]),
         ("--area 50x1 --lines 2 --speed 10 --every 0.000001", &["50000000000 places"]),
-        ("--area 2x1 --lines 2 --speed 0.1 --every 1", &["--settle", "play of 2.000000 µm"]),
+        ("--area 2x1 --lines 2 --speed 0.05 --every 1", &["--settle", "play of 1.000000 µm"]),
         ("--area 50x1 --lines 1 --speed 0.001 --every 1", &["134217728 ticks"]),
     ] {
         let told = planned(&preset, options).unwrap_err();
@@ -88,5 +88,5 @@ fn what_the_stage_cannot_do_is_told_before_it_moves() {
     }
     // One line turns nowhere.
     planned(&preset, "--area 0.1x0 --lines 1 --speed 0.01 --every 1").unwrap();
-    planned(&preset, "--area 2x1 --lines 2 --speed 0.1 --every 1 --settle 40").unwrap();
+    planned(&preset, "--area 2x1 --lines 2 --speed 0.05 --every 1 --settle 40").unwrap();
 }
