@@ -2,9 +2,11 @@
 
 mod encoder;
 mod run;
+mod sweep;
 
 pub(crate) use encoder::{Encoder, Method};
 pub(crate) use run::Run;
+pub(crate) use sweep::Sweep;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
@@ -57,6 +59,8 @@ pub(crate) enum Command {
     Encoder(Encoder),
     /// Take overlapping pictures of an area.
     Scan(Scan),
+    /// Go over an area line by line without a stop; events fire at evenly spaced places.
+    Sweep(Sweep),
     /// Join tiles into one picture.
     Stitch(Stitch),
     /// Record a run: power on, home, move, and everything the controller saw on the way.
@@ -303,7 +307,7 @@ pub(crate) struct Replay {
     pub(crate) samples: Option<PathBuf>,
     /// The axis of --samples.
     #[arg(long, value_name = "x|y", requires = "samples")]
-    pub(crate) axis: Option<SampledAxis>,
+    pub(crate) axis: Option<AxisName>,
     /// Replace files that exist.
     #[arg(long)]
     pub(crate) force: bool,
@@ -311,7 +315,7 @@ pub(crate) struct Replay {
 
 /// An axis by its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum SampledAxis {
+pub(crate) enum AxisName {
     /// The first.
     X,
     /// The second.

@@ -18,6 +18,7 @@ mod preset;
 mod program;
 mod progress;
 mod rig;
+mod sweep;
 mod usage;
 
 use commands::Answer;

@@ -5,6 +5,7 @@ use crate::flight::{Keep, Recorder, Recording, RecordingError};
 use crate::folder;
 use crate::interrupt::{self, Interrupted};
 use crate::preset::Preset;
+use crate::progress;
 use abbe_core::command::{Accepted, Refusal};
 use abbe_core::compensate::{ErrorMap, MapError};
 use abbe_core::plan::segment::{Feed, Segment};
@@ -136,6 +137,12 @@ impl Rig {
     /// Where the stage believes to be, mm.
     pub(crate) fn position_mm(&self) -> [f64; 2] {
         self.status().axes.map(|axis| axis.position.mm())
+    }
+
+    /// For a user who has stopped it on its way.
+    pub(crate) fn tell_where_it_stopped(&self) {
+        let [x, y] = self.position_mm();
+        progress::note(&format!("note: the stage has stopped at x {x:.4} mm, y {y:.4} mm"));
     }
 
     /// Finds the zero of both axes.

@@ -17,6 +17,8 @@ mod run_report;
 mod scan;
 mod signals;
 mod stitch;
+mod sweep;
+mod sweep_report;
 mod verify;
 
 #[cfg(test)]
@@ -62,6 +64,7 @@ pub(crate) fn run(cli: &Cli) -> Result<Answer, Failure> {
         Command::Encoder(asked) => encoder::run(asked),
         Command::Run(asked) => run::run(&preset, cli.seed, asked),
         Command::Scan(asked) => scan::run(&preset, cli.seed, asked),
+        Command::Sweep(asked) => sweep::run(&preset, cli.seed, asked),
         Command::Stitch(asked) => stitch::run(asked),
         Command::Record(asked) => record::run(&preset, cli.seed, asked),
         // A recording brings its stage with it; only one that was named is compared.

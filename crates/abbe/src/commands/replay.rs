@@ -1,7 +1,7 @@
 //! `abbe replay FILE`.
 
 use super::Answer;
-use crate::cli::{Replay, SampledAxis};
+use crate::cli::{AxisName, Replay};
 use crate::failure::Failure;
 use crate::flight::Recording;
 use crate::flight::plot;
@@ -51,9 +51,9 @@ pub(crate) fn run(named: Option<&Preset>, asked: &Replay) -> Result<Answer, Fail
     })
 }
 
-fn samples(recording: &Recording, axis: SampledAxis, window: Window, file: &Path) -> Result<String, Failure> {
+fn samples(recording: &Recording, axis: AxisName, window: Window, file: &Path) -> Result<String, Failure> {
     let told = |words: &dyn std::fmt::Display| Failure::work(format!("{}: {words}", file.display()));
-    let name = if axis == SampledAxis::X { "x" } else { "y" };
+    let name = if axis == AxisName::X { "x" } else { "y" };
     samples::csv(recording, axis as usize, window).map_err(|error| told(&error))?.ok_or_else(|| {
         told(&format!(
             "no samples of axis {name} in {:.4} … {:.4} s; --samples is for analogue encoders, as the preset litho-120 has them",

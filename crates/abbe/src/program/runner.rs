@@ -233,8 +233,7 @@ impl<'a> Runner<'a> {
             }
         }
         if is_asked {
-            let [x, y] = self.rig.position_mm();
-            progress::note(&format!("note: the stage has stopped at x {x:.4} mm, y {y:.4} mm"));
+            self.rig.tell_where_it_stopped();
         }
     }
 

@@ -30,13 +30,16 @@ fn pressed(dir: &Path, arguments: &[&str], moment: &str, times: usize) -> Ended 
 #[test]
 fn ctrl_c_leaves_whole_files_or_none() {
     let stitch = ["stitch", tiles().to_str().unwrap(), "--out", "new/mosaic.tif"];
-    let cases: [(&[&str], &str); 7] = [
+    let sweep = "sweep --twin --area 50x50 --lines 200 --speed 1 --every 100 --events new/e.csv";
+    let sweep: Vec<&str> = sweep.split(' ').collect();
+    let cases: [(&[&str], &str); 8] = [
         (&["home", "--twin", "--times", "10000"], "homing again"),
         (&["measure", "--twin", "--out", "m"], "warming up"),
         (&["measure", "--twin", "--runs", "100", "--warm-up", "0", "--out", "m"], "measuring"),
         (&["scan", "--twin", "--area", "20x20", "--out", "s"], "scanning"),
         (&["demo"], "warming up"),
         (&stitch, "registering"),
+        (&sweep, "sweeping"),
         // A line without end.
         (&["run", "/dev/zero", "--check"], "checking the program"),
     ];

@@ -23,4 +23,5 @@ mod recordings;
 mod runs;
 mod signals;
 mod stage;
+mod sweeps;
 mod usage;

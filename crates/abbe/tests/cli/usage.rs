@@ -40,6 +40,8 @@ fn help_goes_to_stdout() {
         (&["--help"], "Exit status"),
         (&["help", "move"], "mm"),
         (&["scan", "--help"], "Overlap of neighbouring tiles, %"),
+        (&["sweep", "--help"], "Distance of the places at which an event fires, µm"),
+        (&["help"], "  sweep "),
         (&["--version"], env!("CARGO_PKG_VERSION")),
     ] {
         let ended = abbe(dir.path(), arguments);
