@@ -646,7 +646,11 @@ impl<const N: usize> Controller<N> {
     fn arm(&mut self, compare: Option<Compare>) -> Result<(), Refusal> {
         self.disarm();
         if let Some(Compare { axis, places }) = compare {
-            let position = self.published.get(axis).ok_or(Refusal::NoSuchAxis(axis))?.position;
+            if self.state == State::Homing {
+                return Err(Refusal::Busy(self.state));
+            }
+            let published = self.published.get(axis).ok_or(Refusal::NoSuchAxis(axis))?;
+            let position = if published.homed { published.position } else { return Err(Refusal::NotHomed) };
             let tick = self.last_tick.unwrap_or(0);
             let armed = Sampled::new(places, tick, position).map_err(Refusal::NoPlaces)?;
             self.compare = Some((axis, armed));

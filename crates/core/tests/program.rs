@@ -188,6 +188,31 @@ fn a_hold_takes_no_longer_than_the_limits_ask() {
     assert_within(&tick.places, &[STAGE; 2]);
 }
 
+/// Around a stop between two lines, too: the second is not begun, or left at once.
+#[test]
+fn a_hold_is_heard_at_any_tick_around_a_stop() {
+    for before in -60..60 {
+        let mut tick = Tick::new([Pos::ZERO; 2], [STAGE; 2]);
+        tick.program.take(&line([1e9, 0.0], 2e6, 0.0)).expect("it is one");
+        tick.program.take(&line([1e10, 0.0], 2e6, 0.0)).expect("it is one");
+        // From rest to rest over a millimetre.
+        (0..1132 + before).for_each(|_| tick.tick());
+        let start = tick.now.wrapping_add(20);
+        let cut = tick.program.rest(start);
+        tick.cut(cut);
+        let asked = tick.places.len();
+        tick.settle();
+        (0..100).for_each(|_| tick.tick());
+        let ticks = tick.places.len() - asked;
+        let way = tick.places.last().unwrap()[0] - 1e9;
+        assert!(ticks < 400 && way < 1e7, "{before}: {ticks} ticks, {way} pm beyond");
+        tick.program.go_on();
+        tick.finish();
+        assert_within(&tick.places, &[STAGE; 2]);
+        assert_eq!(tick.places.last(), Some(&[1e10, 0.0]));
+    }
+}
+
 /// A polygon of short lines that is gone along without stopping can also be left within a few of them.
 #[test]
 fn a_hold_among_short_lines_slows_down_through_their_corners() {

@@ -270,3 +270,29 @@ fn late(ends: Ends) -> usize {
     };
     (0..50_000).filter(is_late).count()
 }
+
+/// The extent of a motion is that of its places, densely looked at.
+#[test]
+fn the_extent_of_a_motion_is_that_of_its_places() {
+    let mut random = Pcg64Mcg::seed_from_u64(11);
+    let limits = Limits { speed: 2e6, acceleration: 5000.0, jerk: 20.0 };
+    for _ in 0..20_000 {
+        let speed = random.random_range(-1.9e6..1.9e6);
+        let from = State { position: random.random_range(-1e9..1e9), speed, acceleration: 0.0 };
+        let to = State { position: random.random_range(-1e9..1e9), ..State::default() };
+        let motion = Transfer::fastest(from, to, &limits).unwrap();
+        let [low, high] = motion.extent();
+        let mut seen = [f64::INFINITY, f64::NEG_INFINITY];
+        for part in 0..=400 {
+            let place = motion.at(motion.ticks() * f64::from(part) / 400.0).position;
+            seen = [seen[0].min(place), seen[1].max(place)];
+        }
+        let rounded = 1e-3 + 1e-6 * (high - low);
+        assert!(low <= seen[0] + rounded && high >= seen[1] - rounded, "{low} {high} {seen:?}");
+        let part = motion.ticks() / 400.0;
+        assert!(
+            seen[0] - low <= 5000.0 * part * part && high - seen[1] <= 5000.0 * part * part,
+            "{low} {high} {seen:?}"
+        );
+    }
+}

@@ -28,8 +28,10 @@ fn every_trace_ends_in_its_hash() {
             "home",
             "limit-hit",
             "point-moves",
+            "program",
             "reversal",
-            "stop"
+            "stop",
+            "turn"
         ]
     );
     for scenario in &scenarios {

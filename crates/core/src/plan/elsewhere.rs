@@ -66,7 +66,11 @@ impl Axis {
     }
 
     fn lasting(&self, ticks: f64, limits: &Limits) -> Result<Self, Infeasible> {
-        Ok(Self { rest: self.rest.lasting_or_sooner(limits, ticks - self.slow.ticks())?, ..*self })
+        let slower = self.rest.lasting_or_sooner(limits, ticks - self.slow.ticks())?;
+        // With less acceleration it might go farther before it turns, out of the travel.
+        let ([low, high], [least, most]) = (slower.extent(), self.rest.extent());
+        let is_wider = low < least - 1.0 || high > most + 1.0;
+        Ok(if is_wider { *self } else { Self { rest: slower, ..*self } })
     }
 
     /// Laid out, in their order.

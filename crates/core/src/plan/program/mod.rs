@@ -157,6 +157,7 @@ impl Program {
     /// A part cannot be planned or does not fit a tick's integers.
     pub fn span(&mut self, now: u32) -> Result<Option<Span<2>>, Infeasible> {
         self.forget_what_is_past(now);
+        self.keep_times_short(now);
         loop {
             let Some(part) = self.parts.get(self.laid).copied() else {
                 if self.waits(now) {
@@ -212,7 +213,6 @@ impl Program {
 
     /// The parts of the next block.
     fn decide(&mut self, now: u32) -> Result<(), Infeasible> {
-        self.keep_times_short();
         if self.rests() {
             // At a tick, behind that of the rest, and not in the past.
             let rested = if self.parts.is_empty() { self.time } else { libm::ceil(self.time) + 1.0 };
@@ -309,16 +309,22 @@ impl Program {
         (0..self.parts.len()).find_map(|number| {
             let part = *self.parts.get(number)?;
             let time = libm::ceil(time.max(part.begins));
-            let What::Run(run) = part.what else { return None };
             if time >= part.ends {
                 return None;
             }
-            let state = run.motion().at(time - part.begins);
-            // It is about to rest there anyway.
+            let state = match part.what {
+                What::Run(run) => run.motion().at(time - part.begins),
+                What::Scan if time <= part.begins => State::default(),
+                _ => return None,
+            };
+            // At its end it is about to rest anyway; where it begins at rest it is left out.
             if rests(&state) {
-                return None;
+                if time > part.begins {
+                    return None;
+                }
+            } else {
+                _ = self.next_block(part.block, state)?;
             }
-            _ = self.next_block(part.block, state)?;
             self.cut(number, time);
             (self.next, self.state) = (part.block, state);
             Some(self.origin.wrapping_add(time as u32))
@@ -367,11 +373,14 @@ impl Program {
         }
     }
 
-    fn keep_times_short(&mut self) {
-        if self.time < FAR {
+    /// Between two parts: what is being laid out has times of its own. A rest may last for days.
+    fn keep_times_short(&mut self, now: u32) {
+        let (now, between) = (self.since(now), self.laid == self.parts.len());
+        if now.max(self.time) < FAR || !between {
             return;
         }
-        let passed = libm::floor(self.parts.get(0).map_or(self.time, |part| part.begins));
+        let first = self.parts.get(0).map_or(self.time, |part| part.begins);
+        let passed = libm::floor(if self.rests() && now > self.time { now } else { first });
         self.origin = self.origin.wrapping_add(passed as u32);
         self.time -= passed;
         for number in 0..self.parts.len() {

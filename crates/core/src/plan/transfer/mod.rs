@@ -141,6 +141,26 @@ impl Transfer {
         Self { from, to: State { position, speed, acceleration: 0.0 }, phases }.told()
     }
 
+    /// The lowest and the highest place on the way.
+    pub fn extent(&self) -> [f64; 2] {
+        let mut state = self.from;
+        let mut extent = [state.position; 2];
+        for phase in &self.phases {
+            // Where the speed is zero: the position turns there.
+            let (a, j) = (state.acceleration, phase.jerk);
+            let spread = libm::sqrt(a * a - 2.0 * j * state.speed) / j;
+            let turns = if j == 0.0 { [-state.speed / a; 2] } else { [-a / j - spread, -a / j + spread] };
+            for time in
+                turns.into_iter().chain([phase.ticks]).filter(|time| (0.0..=phase.ticks).contains(time))
+            {
+                let place = state.after(time, j).position;
+                extent = [extent[0].min(place), extent[1].max(place)];
+            }
+            state = state.after(phase.ticks, j);
+        }
+        extent
+    }
+
     /// Whether it never goes back, but for what is rounded: a part of the highest speed.
     pub fn is_forward(&self, rounded: f64) -> bool {
         let mut state = self.from;
