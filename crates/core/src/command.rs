@@ -5,7 +5,7 @@ use crate::machine::State;
 use crate::plan::Segment;
 use crate::plan::scan::ScanError;
 use crate::publish::Fault;
-use crate::units::{InMm, Pos};
+use crate::units::{InMm, InUm, Pos};
 use core::fmt;
 
 /// A request from any protocol. Positions are in the stage frame.
@@ -26,7 +26,7 @@ pub enum Command<const N: usize> {
     /// gone through without a stop where the corner between two lines has a tolerance. The first begins a move, which
     /// ends when the last one has been gone through.
     Go(Segment),
-    /// Rests on the path of a program, until [`Command::Resume`].
+    /// Rests on the path of a program, until [`Command::Resume`]: at its end, too, which is no end while it is held.
     Hold,
     /// Goes on with a program that rests.
     Resume,
@@ -76,6 +76,10 @@ pub enum Refusal {
     QueueFull,
     /// A segment has no such shape: an arc without radius or with two, a sine without amplitude, period or way.
     NoCurve,
+    /// A corner cut by less than nothing.
+    Tolerance(Pos),
+    /// A segment that would take longer than any motion may: more than 2²⁶ ticks.
+    TooLong,
     /// A scan that cannot be.
     NoScan(ScanError),
     /// A scan begins elsewhere, there.
@@ -121,6 +125,16 @@ impl fmt::Display for Refusal {
                 f,
                 "there is no such curve; an arc needs its centre equally far from both ends, a sine amplitude, periods and a way"
             ),
+            Self::Tolerance(tolerance) => {
+                write!(
+                    f,
+                    "a tolerance of {} µm is below zero; give zero to stop in the corner",
+                    InUm(*tolerance)
+                )
+            }
+            Self::TooLong => {
+                write!(f, "the segment takes more than 67108864 ticks; give a higher feed, or parts of it")
+            }
             Self::NoScan(why) => write!(f, "{why}"),
             Self::ScanStart([x, y]) => {
                 write!(f, "the scan begins at {}, {} mm; go there first", InMm(*x), InMm(*y))

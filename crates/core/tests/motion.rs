@@ -177,6 +177,10 @@ fn segments_that_cannot_be_gone_are_refused_and_change_nothing() {
         go(&mut bench, Segment { feed: Feed::default(), ..line(3.0, 3.0, 0.0) }),
         Err(Refusal::NoFeed)
     );
+    let below = Segment { tolerance: Pos::from_pm(-1), ..line(3.0, 3.0, 0.0) };
+    assert_eq!(go(&mut bench, below), Err(Refusal::Tolerance(Pos::from_pm(-1))));
+    let crawl = Segment { feed: Feed::from_pm(10.0), ..line(3.0, 3.0, 0.0) };
+    assert_eq!(go(&mut bench, crawl), Err(Refusal::TooLong));
     for command in [Command::Hold, Command::Resume] {
         assert_eq!(bench.controller.command(command), Err(Refusal::NoProgram));
     }
@@ -239,6 +243,49 @@ fn a_stop_brakes_on_the_path_and_forgets_the_rest() {
         bench.settle();
         assert_eq!(bench.outcome(), Outcome::Arrived);
     }
+}
+
+/// Asked for in any gap around the end of what is known, a stop is heard, and what was asked for just before it forgotten.
+#[test]
+fn a_stop_behind_a_segment_is_heard_in_every_gap_around_a_rest() {
+    let mut whole = Bench::homed();
+    whole.go(&[line(6.0, 6.0, 0.0)]);
+    while whole.status().state == State::Moving {
+        whole.tick();
+    }
+    let path = whole.places.len() as u32;
+    for gap in path - 12..path + 6 {
+        let mut bench = Bench::homed();
+        bench.go(&[line(6.0, 6.0, 0.0)]);
+        bench.run(gap);
+        let slow = Segment { feed: Feed::from_pm(1e5), ..line(9.0, 3.0, 0.0) };
+        _ = bench.controller.command(Command::Go(slow));
+        bench.ask(Command::Stop);
+        bench.planner.advance(&mut bench.controller);
+        bench.settle();
+        let at = bench.status().axes.map(|axis| axis.set_point.mm());
+        assert!((at[0] - 6.0).abs() < 0.1 && (at[1] - 6.0).abs() < 0.1, "{gap}: {at:?}");
+    }
+}
+
+/// A program that is held near its end has not ended.
+#[test]
+fn a_hold_near_the_end_holds_what_comes_next() {
+    let mut bench = Bench::homed();
+    bench.go(&[line(6.0, 6.0, 0.0)]);
+    while bench.status().axes[0].set_point < Pos::from_mm(5.9) {
+        bench.tick();
+    }
+    bench.ask(Command::Hold);
+    bench.run(3000);
+    assert!(bench.status().held && bench.status().state == State::Moving);
+    bench.go(&[line(9.0, 3.0, 0.0)]);
+    bench.run(3000);
+    assert!(bench.status().axes[0].set_point <= Pos::from_mm(6.0));
+    bench.ask(Command::Resume);
+    bench.settle();
+    assert_eq!(bench.status().axes.map(|axis| axis.set_point), mm(9.0, 3.0));
+    bench.assert_moved_within_limits();
 }
 
 #[test]

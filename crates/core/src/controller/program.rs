@@ -17,6 +17,9 @@ pub const QUEUE: usize = 8;
 /// A planner that has not answered a stop after so many ticks is not waited for.
 const STOP_TICKS: u32 = 3 * PLANNING_TICKS;
 
+/// Longest segment, ticks: half of what a motion of the planner may last.
+const LONGEST: f64 = 67_108_864.0;
+
 /// A program as the controller knows it.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -84,7 +87,7 @@ impl Program {
 
     /// Nothing of it is left, or there is none.
     pub(super) const fn is_over(&self) -> bool {
-        !self.open || (self.done && self.queue.is_empty())
+        !self.open || (self.done && !self.held && self.queue.is_empty())
     }
 }
 
@@ -188,6 +191,9 @@ impl<const N: usize> Controller<N> {
         if segment.feed == Feed::default() {
             return Err(Refusal::NoFeed);
         }
+        if segment.tolerance < Pos::ZERO {
+            return Err(Refusal::Tolerance(segment.tolerance));
+        }
         // A stage of one axis has no plane, and one of three goes in its first two.
         let from = self.target.first_chunk().ok_or(Refusal::NoSuchAxis(1))?;
         if let Some(scan) = segment.scan() {
@@ -195,6 +201,9 @@ impl<const N: usize> Controller<N> {
         }
         self.check_plane(&segment.to)?;
         let curve = segment.curve(*from).ok_or(Refusal::NoCurve)?;
+        if curve.length() > curve.limits(&self.plane_limits(), segment.feed.pm()).speed * LONGEST {
+            return Err(Refusal::TooLong);
+        }
         let mut within = Ok(());
         curve.turning_points(&mut |place| {
             if within.is_ok() {
@@ -205,11 +214,7 @@ impl<const N: usize> Controller<N> {
     }
 
     fn check_scan(&self, scan: &Scan, segment: &Segment, from: &[Pos; 2]) -> Result<(), Refusal> {
-        let mut limits = [Limits::default(); 2];
-        for (limits, axis) in limits.iter_mut().zip(&self.config.axes) {
-            *limits = axis.limits;
-        }
-        let plan = scan.plan(&limits).map_err(Refusal::NoScan)?;
+        let plan = scan.plan(&self.plane_limits()).map_err(Refusal::NoScan)?;
         for corner in plan.extent() {
             self.check_plane(&corner)?;
         }
@@ -217,6 +222,14 @@ impl<const N: usize> Controller<N> {
             return Err(Refusal::ScanStart(plan.start()));
         }
         if plan.end() == segment.to { Ok(()) } else { Err(Refusal::NoCurve) }
+    }
+
+    fn plane_limits(&self) -> [Limits; 2] {
+        let mut limits = [Limits::default(); 2];
+        for (limits, axis) in limits.iter_mut().zip(&self.config.axes) {
+            *limits = axis.limits;
+        }
+        limits
     }
 
     /// A place of x and y, within the travel.
@@ -248,7 +261,11 @@ impl<const N: usize> Controller<N> {
 
     /// A program that walks is stopped on its path by the planner.
     pub(super) fn stop_program(&mut self) -> bool {
-        let by_planner = self.program.open && !self.path.is_holding() && !self.path.is_starved();
+        if self.path.is_holding() {
+            // Nothing moves, and nothing that waits shall.
+            self.program.close();
+        }
+        let by_planner = self.program.open && !self.path.is_starved();
         if by_planner && self.program.stopping.is_none() {
             self.program.queue.clear();
             self.program.stopping = self.last_tick;

@@ -102,6 +102,10 @@ impl Program {
             return self.take_scan(&scan);
         }
         let curve = segment.curve(self.ends).ok_or(Infeasible::NoNumber)?;
+        if curve.length() == 0.0 {
+            // Nowhere to go: what is before and behind it meets.
+            return Ok(());
+        }
         let (feed, tolerance) = (segment.feed.pm(), segment.tolerance.pm() as f64);
         let block = Block::new(curve, feed, tolerance, &self.axes, self.rate).ok_or(Infeasible::NoNumber)?;
         if let Some(before) = self.blocks.last_mut() {
