@@ -188,31 +188,19 @@ fn a_hold_takes_no_longer_than_the_limits_ask() {
     assert_within(&tick.places, &[STAGE; 2]);
 }
 
-/// Short lines that go straight on are sped up along and slowed down along over many of them, not over three.
+/// A line of no length costs nothing.
 #[test]
-fn looking_ahead_over_short_lines_is_worth_its_while() {
-    let walked = |count: u32, length: f64| {
+fn a_line_to_where_it_stands_is_passed_over() {
+    let walked = |places: &[f64]| {
         let mut tick = Tick::new([Pos::ZERO; 2], [STAGE; 2]);
-        for number in 1..=count {
-            tick.make_room();
-            tick.program.take(&line([f64::from(number) * length, 0.0], 2e6, 1e6)).expect("it is one");
+        for to in places {
+            tick.program.take(&line([*to, 0.0], 2e6, 1e6)).expect("it is one");
         }
         tick.finish();
         assert_within(&tick.places, &[STAGE; 2]);
-        let fastest = tick.places.windows(2).map(|pair| pair[1][0] - pair[0][0]).fold(0.0, f64::max);
-        (tick.places.len(), fastest)
+        tick.places
     };
-    let (few, many) = (walked(8, 1e7), walked(96, 1e7));
-    println!("{few:?} {many:?}");
-    // At one speed to the other the lines of 10 µm have 2 √(Δv / j) ticks each.
-    assert!(many.1 > 2.0 * few.1, "{few:?} {many:?}");
-    // A line of no length between them costs nothing.
-    let mut tick = Tick::new([Pos::ZERO; 2], [STAGE; 2]);
-    for to in [1e9, 1e9, 2e9] {
-        tick.program.take(&line([to, 0.0], 2e6, 1e6)).expect("it is one");
-    }
-    tick.finish();
-    assert!(tick.places.len() < walked(1, 2e9).0 + 10, "{}", tick.places.len());
+    assert_eq!(walked(&[1e9, 1e9, 2e9]), walked(&[1e9, 2e9]));
 }
 
 /// Around a stop between two lines, too: the second is not begun, or left at once.
