@@ -200,6 +200,26 @@ fn corners_that_meet_on_a_line_leave_it_no_time_and_are_no_error() {
     assert_eq!(Transfer::fastest(from, to, &axes[1]).map(|motion| motion.ticks()), Ok(0.0));
 }
 
+/// Two corners as wide as their line, with limits that differ much between the axes: found by fuzzing.
+#[test]
+fn corners_that_fill_their_line_are_gone_through() {
+    let places = [
+        [68_627_450_980.0, 68_627_450_980.0],
+        [68_623_618_065.0, 68_623_572_547.0],
+        [68_619_739_632.0, 68_619_694_114.0],
+        [68_618_231_333.0, 68_615_815_681.0],
+        [68_614_352_900.0, 68_611_937_248.0],
+        [68_610_474_467.0, 68_608_058_815.0],
+    ];
+    let axes = [
+        Limits { speed: 200_056.224_215_590_05, acceleration: 500.0, jerk: 2.0 },
+        Limits { speed: 1_670_779.21, acceleration: 504.163_189_705_648_73, jerk: 46.584_169_531_325_54 },
+    ];
+    let path = walked(&places, &Manner { axes, feed: 539_631.588_669_758_8, tolerance: 1_501_310.0 });
+    assert_within(&path, &axes);
+    assert_eq!(path.last(), places.last());
+}
+
 /// Both corners against their cubics summed up: where they begin and end, how near they come, within the limits of both axes.
 #[test]
 fn corners_are_what_their_cubics_sum_up_to() {

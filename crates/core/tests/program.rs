@@ -188,6 +188,23 @@ fn a_hold_takes_no_longer_than_the_limits_ask() {
     assert_within(&tick.places, &[STAGE; 2]);
 }
 
+/// Short lines that go straight on are sped up along and slowed down along over many of them, not over three.
+#[test]
+fn looking_ahead_over_short_lines_is_worth_its_while() {
+    let fastest = |count: u32| {
+        let mut tick = Tick::new([Pos::ZERO; 2], [STAGE; 2]);
+        for number in 1..=count {
+            tick.make_room();
+            tick.program.take(&line([f64::from(number) * 1e7, 0.0], 2e6, 1e6)).expect("it is one");
+        }
+        tick.finish();
+        assert_within(&tick.places, &[STAGE; 2]);
+        tick.places.windows(2).map(|pair| pair[1][0] - pair[0][0]).fold(0.0, f64::max)
+    };
+    let (few, many) = (fastest(8), fastest(96));
+    assert!(many > 2.0 * few, "{few} {many}");
+}
+
 /// A line of no length costs nothing.
 #[test]
 fn a_line_to_where_it_stands_is_passed_over() {

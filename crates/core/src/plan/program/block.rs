@@ -6,7 +6,7 @@ use super::super::overlap::Overlap;
 use super::super::profile::Limits;
 use super::super::scan::{Scan, ScanPlan};
 use super::super::segment::place;
-use super::line::{Line, worth_it};
+use super::line::{Line, ROUNDED, worth_it};
 
 /// A segment of a program's path.
 #[derive(Clone, Copy, Debug, Default)]
@@ -66,7 +66,8 @@ impl Block {
         let (Curve::Line { from, to: at }, Curve::Line { to, .. }) = (self.curve, next.curve) else { return };
         if self.tolerance > 0.0 && next.scan.is_none() {
             let lines = [self.line(), next.line()];
-            let room = lines[0].length.min(lines[1].length) / 2.0;
+            // A little less than half, or two corners that meet leave a way that rounding makes less than none.
+            let room = (1.0 - ROUNDED) * lines[0].length.min(lines[1].length) / 2.0;
             let feed = self.limits.speed.min(next.limits.speed);
             let places = [from, at, to];
             let fastest = Corner::fastest(places, axes, feed, self.tolerance, room);

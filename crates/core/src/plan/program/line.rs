@@ -2,6 +2,7 @@
 
 use super::super::corner::{Corner, changing};
 use super::super::profile::Limits;
+use super::super::root::{Point, root};
 
 /// A corner between two lines, if a stop is not sooner, of which so many ticks are saved.
 pub(super) fn worth_it(rounded: Corner, lines: &[Line; 2], saved: f64) -> Corner {
@@ -19,8 +20,8 @@ fn delay(corner: &Corner, lines: &[Line; 2]) -> f64 {
     corner.ticks() + of(&lines[0]) + of(&lines[1])
 }
 
-/// Part of a speed that is left, so that no way is too short by what was rounded.
-const ROUNDED: f64 = 1e-9;
+/// Part of a speed or of a line that is left, so that no way is too short by what was rounded.
+pub(super) const ROUNDED: f64 = 1e-9;
 
 /// A line between two corners.
 #[derive(Clone, Copy, Debug)]
@@ -41,11 +42,14 @@ impl Line {
         if corner.speed <= speed || left(&corner) >= 0.0 {
             return corner;
         }
+        // It need not be slower than the other; from there on there is less room the faster it is.
+        let left_at = |speed: f64| left(&corner.at_speed(speed));
+        let (same, top) = (Point::of(speed, left_at), Point::of(corner.speed, left_at));
+        if same.f <= 0.0 {
+            return corner.at_speed(speed);
+        }
         // A little less, or rounding may say that there is no way.
-        let slowed = corner.slowed(corner.speed, left);
-        let slowed = slowed.at_speed(slowed.speed * (1.0 - ROUNDED));
-        // It need not be slower than the other.
-        if slowed.speed < speed { slowed.at_speed(speed) } else { slowed }
+        corner.at_speed((root(same, top, left_at) * (1.0 - ROUNDED)).max(speed))
     }
 
     /// Ticks of full jerk, and at full acceleration, in which a speed changes to another.
