@@ -1,14 +1,15 @@
 //! The controller: N axes and one coordinator, one function a tick.
 
 mod axis;
+mod compare;
 mod program;
 
 use crate::background::{MoveRequest, PLAN_MISSING_TICKS};
-use crate::command::{Accepted, Command, Compare, Refusal};
+use crate::command::{Accepted, Command, Refusal};
 use crate::compensate::ErrorMap;
 use crate::design::Config;
 use crate::edge::{AxisOutputs, Inputs, Outputs};
-use crate::front::compare::{Fired, Sampled};
+use crate::front::compare::{Passage, Sampled};
 use crate::guard;
 use crate::machine::{Event, State, Stop, transition};
 use crate::plan::steps::SetPoint;
@@ -65,7 +66,7 @@ pub struct Controller<const N: usize> {
     has_heads: bool,
     /// What is compared, of which axis, and what it has fired in the last tick.
     compare: Option<(usize, Sampled)>,
-    fired: Fired,
+    passage: Passage,
 }
 
 impl<const N: usize> Controller<N> {
@@ -86,7 +87,7 @@ impl<const N: usize> Controller<N> {
             published: [AxisStatus::default(); N],
             heads: config.axes.map(|axis| axis.sense.head.map(|head| Head::new(&head))),
             compare: None,
-            fired: Fired::default(),
+            passage: Passage::default(),
             has_heads: config.axes.iter().any(|axis| axis.sense.head.is_some()),
         }
     }
@@ -129,13 +130,24 @@ impl<const N: usize> Controller<N> {
     /// # Errors
     /// A [`Refusal`] says why nothing was done.
     pub fn command(&mut self, command: Command<N>) -> Result<Accepted, Refusal> {
+        let Command::Go(segment) = command else { return self.command_without_floats(command) };
+        self.go(&segment)?;
+        Ok(Accepted { move_number: self.move_number })
+    }
+
+    /// The same for the core of a board that ticks. Segments of programs are looked at in floats, so they are refused there.
+    ///
+    /// # Errors
+    /// As of [`command`](Self::command), or [`Refusal::NoPlanner`].
+    #[inline(never)]
+    pub fn command_without_floats(&mut self, command: Command<N>) -> Result<Accepted, Refusal> {
         match command {
             Command::Enable => self.request(Event::Enable)?,
             Command::Disable => self.disable(),
             Command::Home => self.request(Event::Home)?,
             Command::MoveTo(to) => self.begin_move(to)?,
             Command::MoveBy(way) => self.begin_move(self.beyond_target(&way))?,
-            Command::Go(segment) => self.go(&segment)?,
+            Command::Go(_) => return Err(Refusal::NoPlanner),
             Command::Compare(compare) => self.arm(compare)?,
             Command::Hold => self.hold_program(true)?,
             Command::Resume => self.hold_program(false)?,
@@ -174,11 +186,6 @@ impl<const N: usize> Controller<N> {
     /// The set-points of the last tick with their speed, acceleration and jerk, stage frame: for feed-forward.
     pub fn set_points(&self) -> [SetPoint; N] {
         self.path.set_points()
-    }
-
-    /// Which places the measured position has passed between the last two ticks, with the times in ticks.
-    pub fn fired(&self) -> &Fired {
-        &self.fired
     }
 
     /// Limits, window and rates in use.
@@ -641,35 +648,6 @@ impl<const N: usize> Controller<N> {
         if self.has_heads {
             self.publish_signals();
         }
-    }
-
-    fn arm(&mut self, compare: Option<Compare>) -> Result<(), Refusal> {
-        self.disarm();
-        if let Some(Compare { axis, places }) = compare {
-            if self.state == State::Homing {
-                return Err(Refusal::Busy(self.state));
-            }
-            let published = self.published.get(axis).ok_or(Refusal::NoSuchAxis(axis))?;
-            let position = if published.homed { published.position } else { return Err(Refusal::NotHomed) };
-            let tick = self.last_tick.unwrap_or(0);
-            let armed = Sampled::new(places, tick, position).map_err(Refusal::NoPlaces)?;
-            self.compare = Some((axis, armed));
-        }
-        Ok(())
-    }
-
-    fn disarm(&mut self) {
-        self.compare = None;
-        self.fired = Fired::default();
-    }
-
-    /// Whether the position that was just published has passed a place.
-    #[inline(never)]
-    fn compare_position(&mut self, tick: u32) -> bool {
-        let Some((axis, armed)) = &mut self.compare else { return false };
-        let position = self.published.get(*axis).map_or(Pos::ZERO, |axis| axis.position);
-        self.fired = armed.sample(tick, position);
-        !self.fired.as_slice().is_empty()
     }
 
     /// Once in a block of samples: to tell a grade in numbers takes divisions.

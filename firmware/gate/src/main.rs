@@ -75,6 +75,7 @@ fn controller<const N: usize>(mut controller: Controller<N>) {
     while black_box(true) {
         black_box(controller.tick(black_box(&Inputs::at_rest(0))));
         black_box(&controller.command(black_box(Command::MoveTo([Pos::ZERO; N]))));
+        black_box(&controller.command_without_floats(black_box(Command::Stop)));
         black_box(controller.status());
         black_box(controller.config());
         black_box(controller.wanted_plan());

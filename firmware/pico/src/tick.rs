@@ -122,8 +122,7 @@ impl Tick {
         let state = self.controller.state();
         match command {
             Command::MoveTo(_) | Command::MoveBy(_) if state.is_busy() => Err(Refusal::Busy(state)),
-            Command::Go(_) => Err(Refusal::NoPlanner),
-            command => self.controller.command(command),
+            command => self.controller.command_without_floats(command),
         }
     }
 

@@ -191,24 +191,54 @@ impl Sampled {
         Ok(Self { passes: Passes::new(places, position.pm())?, tick, at: position.pm() })
     }
 
-    /// The position measured at a later tick. Ticks without one are gone over at constant speed.
+    /// The position measured at a later tick, and what was passed until then. Ticks without one are gone over at constant speed.
     pub fn sample(&mut self, tick: u32, position: Pos) -> Fired {
+        self.pass(tick, position).fired()
+    }
+
+    /// The same, without the times: for a tick.
+    pub fn pass(&mut self, tick: u32, position: Pos) -> Passage {
         let (from, to) = (self.at, position.pm());
-        let began = u64::from(core::mem::replace(&mut self.tick, tick));
-        let ticks = tick.wrapping_sub(began as u32);
+        let began = core::mem::replace(&mut self.tick, tick);
         self.at = to;
-        let passed = self.passes.to(to);
+        let Places { first, pitch, .. } = self.passes.places;
+        Passage { passed: self.passes.to(to), first, pitch, from, to, began, tick }
+    }
+}
+
+/// What was passed between two ticks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Passage {
+    passed: Passed,
+    first: i64,
+    pitch: i64,
+    from: i64,
+    to: i64,
+    began: u32,
+    tick: u32,
+}
+
+impl Passage {
+    /// Whether a place was.
+    pub fn is_some(&self) -> bool {
+        self.passed.number() > 0
+    }
+
+    /// The events with their times. Not for a tick: divides.
+    pub fn fired(&self) -> Fired {
+        let Self { passed, first, pitch, from, to, began, tick } = *self;
         if passed.number() == 0 {
             return Fired::default();
         }
-        let whole = to.abs_diff(from);
-        let first = part(self.passes.places.at(passed.place(0)).abs_diff(from), whole);
+        let (whole, ticks) = (to.abs_diff(from), tick.wrapping_sub(began));
+        let nearest = first.wrapping_add(pitch.wrapping_mul(i64::from(passed.place(0))));
+        let to_first = part(nearest.abs_diff(from), whole);
         // One division for all the others.
-        let pitch =
-            if passed.number() > 1 { part(self.passes.places.pitch.unsigned_abs(), whole) } else { 0 };
+        let between = if passed.number() > 1 { part(pitch.unsigned_abs(), whole) } else { 0 };
         Fired::of(passed, |nth| {
-            let part = first.wrapping_add(nth.wrapping_mul(pitch)).min(1 << 32);
-            (began << 32).wrapping_add(part.wrapping_mul(u64::from(ticks)))
+            let part = to_first.wrapping_add(nth.wrapping_mul(between)).min(1 << 32);
+            (u64::from(began) << 32).wrapping_add(part.wrapping_mul(u64::from(ticks)))
         })
     }
 }
@@ -272,7 +302,8 @@ impl Follower {
 }
 
 /// From one level to another: the places between.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Passed {
     from: u32,
     to: u32,
@@ -329,12 +360,18 @@ impl Places {
         self.far_level(at)
     }
 
+    /// Halves the range: a tick has no time for a division.
     #[cold]
     fn far_level(&self, at: i64) -> u32 {
-        if at < self.first {
-            return 0;
+        let (mut low, mut high) = (0, self.number);
+        while low < high {
+            let middle = low.wrapping_add(high.wrapping_sub(low) >> 1);
+            if at >= self.at(middle) {
+                low = middle.wrapping_add(1);
+            } else {
+                high = middle;
+            }
         }
-        let below = at.abs_diff(self.first).checked_div(self.pitch.unsigned_abs()).unwrap_or(0);
-        u32::try_from(below).unwrap_or(u32::MAX).saturating_add(1).min(self.number)
+        low
     }
 }

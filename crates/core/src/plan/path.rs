@@ -272,7 +272,6 @@ impl<const N: usize> Path<N> {
 
     fn go_on(&mut self, tick: u32) {
         match &mut self.motion {
-            Motion::Hold | Motion::Waiting { .. } => {}
             Motion::Line { plan, walk } => {
                 if walk.tick(&plan.profile) {
                     self.set_point = plan.at(walk.way);
@@ -300,6 +299,8 @@ impl<const N: usize> Path<N> {
                 }
             }
             Motion::Slowing { .. } => self.slow_down(),
+            // Stands. Not by name: of names the compiler makes a table with holes, and traps behind them.
+            _ => {}
         }
     }
 

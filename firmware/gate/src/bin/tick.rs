@@ -22,7 +22,7 @@ fn tick(controller: &mut Controller<2>, inputs: &Inputs<2>) -> Outputs<2> {
 /// Between two ticks: a request from the queue.
 #[inline(never)]
 fn command(controller: &mut Controller<2>, command: Command<2>) -> Result<Accepted, Refusal> {
-    controller.command(command)
+    controller.command_without_floats(command)
 }
 
 /// Between two ticks: the snapshot for the other core.
