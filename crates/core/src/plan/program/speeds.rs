@@ -56,7 +56,8 @@ impl Program {
             .and_then(|overlap| block.overlapped(state, overlap))
             .or_else(|| block.run(state, corner))
             .or_else(|| block.run(state, block.corner.at_speed(block.promised)))
-            .or_else(|| self.slowly(number, state))
+            .or_else(|| block.around(state, corner))
+            .or_else(|| block.stop(state))
     }
 
     /// To rest as soon as the path allows: within the block, or around the corner at its end as slowly as can be.
@@ -64,17 +65,9 @@ impl Program {
         if let Some(stop) = self.blocks.get(number)?.stop(state) {
             return Some(stop);
         }
-        let fastest = self.look_ahead(number, state)?;
+        let corner = self.look_ahead(number, state)?;
         let block = self.blocks.get(number)?;
-        let mut slowest = block.slowest(state, fastest);
-        for _ in 0..TRIES {
-            if let Some(decided) = block.run(state, slowest) {
-                return Some(decided);
-            }
-            // The state has an acceleration, which was not thought of.
-            slowest = slowest.at_speed(f64::midpoint(slowest.speed, fastest.speed));
-        }
-        block.run(state, fastest).or_else(|| block.run(state, block.corner.at_speed(block.promised)))
+        block.around(state, corner).or_else(|| block.run(state, block.corner.at_speed(block.promised)))
     }
 
     /// The corner at the end of a block: none is faster than the block behind it can slow down from, nor than this one can
@@ -156,6 +149,21 @@ impl Block {
         }
         let end = End::Within(at, super::whole(self.curve.spot(at).at));
         Some(Decided { runs: [Some(Along::of(self.curve, stop)), None], end })
+    }
+
+    /// Around the corner at its end as slowly as the state can. A feed may be too low for that by now: then what was promised
+    /// is allowed, for the corner's own sake.
+    fn around(&self, state: State, corner: Corner) -> Option<Decided> {
+        let fastest = self.corner.at_speed(corner.speed.max(self.promised.min(state.speed)));
+        let mut slowest = self.slowest(state, fastest);
+        for _ in 0..TRIES {
+            if let Some(decided) = self.run(state, slowest) {
+                return Some(decided);
+            }
+            // The state has an acceleration, which was not thought of.
+            slowest = slowest.at_speed(f64::midpoint(slowest.speed, fastest.speed));
+        }
+        self.run(state, fastest)
     }
 
     /// The corner at its end at the lowest speed to which the state can slow down.
