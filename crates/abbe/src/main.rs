@@ -5,6 +5,7 @@
 mod bench;
 mod cli;
 mod commands;
+mod drawing;
 mod encoder;
 mod failure;
 mod fault;

@@ -2,20 +2,15 @@
 
 use super::error::{Curve, PLACES};
 use super::signals::Signals;
+use crate::drawing::{self, Area, Drawn, Panel, TEXT_SIZE, TITLE_SIZE, names};
 use crate::palette::{BLUE, GREY, GRID, INK, ORANGE};
 use abbe_core::sense::ellipse::Ellipse;
-use plotters::coord::Shift;
 use plotters::prelude::*;
 use std::f64::consts::TAU;
 
 const SIZE: (u32, u32) = (1240, 640);
-const TITLE_SIZE: u32 = 20;
-const TEXT_SIZE: u32 = 14;
 /// Places at which the ellipse is drawn.
 const CORNERS: u32 = 360;
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Drawn = Result<(), Box<dyn std::error::Error>>;
 
 /// What is drawn.
 pub(crate) struct Picture<'p> {
@@ -32,11 +27,7 @@ pub(crate) struct Picture<'p> {
 impl Picture<'_> {
     /// The picture as SVG.
     pub(crate) fn svg(&self) -> anyhow::Result<String> {
-        let mut drawn = String::new();
-        let area = SVGBackend::with_string(&mut drawn, SIZE).into_drawing_area();
-        self.draw(&area).map_err(|error| anyhow::anyhow!("the plot cannot be drawn: {error}"))?;
-        drop(area);
-        Ok(drawn)
+        drawing::svg(SIZE, |area| self.draw(area))
     }
 
     fn draw(&self, area: &Area<'_>) -> Drawn {
@@ -106,12 +97,6 @@ impl Picture<'_> {
     }
 }
 
-type Panel<'a, 'b> = ChartContext<
-    'a,
-    SVGBackend<'b>,
-    Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
->;
-
 fn mesh(panel: &mut Panel<'_, '_>, [across, up]: [&str; 2], length: f64) -> Drawn {
     // Decimals that tell six labels on a scale of this length apart; beyond any sense powers of ten do.
     let decimals = 1.0 - length.log10().floor();
@@ -142,14 +127,4 @@ fn mesh(panel: &mut Panel<'_, '_>, [across, up]: [&str; 2], length: f64) -> Draw
 
 fn key(colour: RGBColor) -> impl Fn((i32, i32)) -> PathElement<(i32, i32)> {
     move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2))
-}
-
-fn names<'a, 'b: 'a>(panel: &mut Panel<'a, 'b>) -> Drawn {
-    panel
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.8))
-        .label_font(("sans-serif", TEXT_SIZE).into_font().color(&INK))
-        .draw()?;
-    Ok(())
 }

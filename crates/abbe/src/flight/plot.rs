@@ -2,26 +2,16 @@
 //! line across all of them wherever something was asked or went wrong.
 
 use super::trace::{AxisLines, Kind, Line, Trace, Window};
+use crate::drawing::{self, Area, Drawn, Panel, TEXT_SIZE, TITLE_SIZE, decimals, names};
 use crate::palette::{BLUE, GREY, GRID, INK, LIGHT_BLUE, LIGHT_ORANGE, ORANGE, RED};
 use abbe_core::machine::STATES;
-use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::FontTransform;
 
 const SIZE: (u32, u32) = (1200, 1180);
-const TITLE_SIZE: u32 = 20;
-const TEXT_SIZE: u32 = 14;
 /// More marks than this stay without their words: nobody could read them.
 const MOST_WORDS: usize = 24;
 const LONGEST_WORDS: usize = 36;
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Panel<'a, 'b> = ChartContext<
-    'a,
-    SVGBackend<'b>,
-    Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
->;
-type Drawn = Result<(), Box<dyn std::error::Error>>;
 
 /// One line with its colour and its name in the key.
 struct Curve<'a> {
@@ -32,11 +22,7 @@ struct Curve<'a> {
 
 /// The picture as SVG.
 pub(crate) fn svg(trace: &Trace, title: &str) -> anyhow::Result<String> {
-    let mut drawn = String::new();
-    let area = SVGBackend::with_string(&mut drawn, SIZE).into_drawing_area();
-    draw(&area, trace, title).map_err(|error| anyhow::anyhow!("the plot cannot be drawn: {error}"))?;
-    drop(area);
-    Ok(drawn)
+    drawing::svg(SIZE, |area| draw(area, trace, title))
 }
 
 /// A page of its own around the picture.
@@ -96,13 +82,7 @@ fn curves(area: &Area<'_>, trace: &Trace, name: &str, curves: &[Curve<'_>]) -> D
             .label(curve.name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
     }
-    panel
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.8))
-        .label_font(("sans-serif", TEXT_SIZE).into_font().color(&INK))
-        .draw()?;
-    Ok(())
+    names(&mut panel)
 }
 
 fn states(area: &Area<'_>, trace: &Trace) -> Drawn {
@@ -192,9 +172,4 @@ fn shortened(text: &str) -> String {
     }
     let kept: String = text.chars().take(LONGEST_WORDS - 1).collect();
     format!("{kept}…")
-}
-
-/// Decimals that tell six labels on a scale of this length apart.
-fn decimals(length: f64) -> usize {
-    (1.0 - length.max(1e-6).log10().floor()).clamp(0.0, 6.0) as usize
 }

@@ -1,14 +1,11 @@
 //! The picture of a run: its path, asked and measured, and how far the stage was from it over time.
 
 use super::watch::Sample;
+use crate::drawing::{self, Area, Drawn, Panel, TEXT_SIZE, TITLE_SIZE, decimals, names};
 use crate::palette::{BLUE, GREY, GRID, INK, LIGHT_BLUE, ORANGE};
-use plotters::coord::Shift;
-use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 const SIZE: (u32, u32) = (1240, 640);
-const TITLE_SIZE: u32 = 20;
-const TEXT_SIZE: u32 = 14;
 /// Groups of samples that are kept at most.
 const MOST: usize = 1000;
 
@@ -85,19 +82,12 @@ fn keep_outermost(group: &mut Vec<Sample>) {
     group.retain(|_| kept.next().unwrap_or(false));
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Panel<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
-type Drawn = Result<(), Box<dyn std::error::Error>>;
 type Points = Vec<(f64, f64)>;
 
 impl Thinned {
     /// The picture as SVG.
     pub(super) fn svg(&self, title: &str) -> anyhow::Result<String> {
-        let mut drawn = String::new();
-        let area = SVGBackend::with_string(&mut drawn, SIZE).into_drawing_area();
-        self.draw(&area, title).map_err(|error| anyhow::anyhow!("the plot cannot be drawn: {error}"))?;
-        drop(area);
-        Ok(drawn)
+        drawing::svg(SIZE, |area| self.draw(area, title))
     }
 
     fn draw(&self, area: &Area<'_>, title: &str) -> Drawn {
@@ -177,21 +167,6 @@ fn mesh(panel: &mut Panel<'_, '_>, [across, up]: [&str; 2], [width, height]: [f6
         .axis_desc_style(("sans-serif", TEXT_SIZE).into_font().color(&INK))
         .bold_line_style(GRID)
         .light_line_style(TRANSPARENT)
-        .draw()?;
-    Ok(())
-}
-
-/// Decimals that tell seven labels on a scale of this length apart.
-fn decimals(length: f64) -> usize {
-    (1.0 - length.max(1e-6).log10().floor()).clamp(0.0, 6.0) as usize
-}
-
-fn names<'a, 'b: 'a>(panel: &mut Panel<'a, 'b>) -> Drawn {
-    panel
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.8))
-        .label_font(("sans-serif", TEXT_SIZE).into_font().color(&INK))
         .draw()?;
     Ok(())
 }
