@@ -56,8 +56,7 @@ impl Axis {
             return Ok(Self { slow: Transfer::standing(from), rest });
         }
         // What it would settle at tells which way it is too fast.
-        let settled = from.speed + from.acceleration * from.acceleration.abs() / (2.0 * limits.jerk);
-        let slow = Transfer::to_speed(from, limits.speed.copysign(settled), limits)?;
+        let slow = Transfer::to_speed(from, limits.speed.copysign(from.settled(limits.jerk).speed), limits)?;
         Ok(Self { slow, rest: Transfer::fastest(slow.end(), to, limits)? })
     }
 

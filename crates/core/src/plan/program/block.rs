@@ -22,6 +22,8 @@ pub(super) struct Block {
     pub(super) corner: Corner,
     /// How the lines are laid over each other where the corner is not passed at speed.
     pub(super) overlap: Option<Overlap>,
+    /// How fast its corner can be passed whatever the feed, pm a tick.
+    pub(super) cap: f64,
     /// The speed of the corner by what is known now, and by the last that a motion was decided on: from there to the end of
     /// what was known then each can be reached. More that is known may ask for less: a faster corner takes more of its lines.
     pub(super) ahead: f64,
@@ -62,7 +64,7 @@ impl Block {
 
     /// Finds how the corner to the next can be passed.
     pub(super) fn meet(&mut self, next: &Self, axes: &[Limits; 2]) {
-        (self.corner, self.overlap) = (Corner::default(), None);
+        (self.corner, self.cap, self.overlap) = (Corner::default(), 0.0, None);
         let (Curve::Line { from, to: at }, Curve::Line { to, .. }) = (self.curve, next.curve) else { return };
         if self.tolerance > 0.0 && next.scan.is_none() {
             let lines = [self.line(), next.line()];
@@ -71,6 +73,7 @@ impl Block {
             let feed = self.limits.speed.min(next.limits.speed);
             let places = [from, at, to];
             let fastest = Corner::fastest(places, axes, feed, self.tolerance, room);
+            self.cap = Corner::fastest(places, axes, f64::MAX, self.tolerance, room).speed;
             let ends = [(lines[0].length, &lines[0].limits), (lines[1].length, &lines[1].limits)];
             self.overlap = Overlap::longest(places, axes, ends, self.tolerance);
             let saved = self.overlap.map_or(0.0, |overlap| overlap.ticks());

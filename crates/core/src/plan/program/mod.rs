@@ -226,7 +226,8 @@ impl Program {
             return self.decide_scan(&scan);
         }
         let decided = self.next_block(self.next, self.state).ok_or(Infeasible::End)?;
-        if self.blocks.get(self.next).is_some_and(|block| decided.is_as_slow_as(block.ahead)) {
+        // What is decided while it is held may be left before it rests.
+        if !self.held && self.blocks.get(self.next).is_some_and(|block| decided.is_as_slow_as(block.ahead)) {
             self.promise();
         }
         for run in decided.runs.into_iter().flatten() {
@@ -327,12 +328,28 @@ impl Program {
                     return None;
                 }
             } else {
-                _ = self.next_block(part.block, state)?;
+                let decided = self.next_block(part.block, state)?;
+                if self.held && self.is_gone_by_slower(number, part.block, &decided) {
+                    return None;
+                }
             }
             self.cut(number, time);
             (self.next, self.state) = (part.block, state);
             Some(self.origin.wrapping_add(time as u32))
         })
+    }
+
+    /// Whether what was decided of a block behind a part comes to its end no faster than this would: then a rest is not
+    /// sooner for it, and what is found out anew in every tick gets worse by what was not thought of.
+    fn is_gone_by_slower(&self, number: usize, block: usize, decided: &speeds::Decided) -> bool {
+        let End::Round(new) = decided.end else { return false };
+        let behind = self.parts.iter().skip(number).filter(|part| part.block == block);
+        let ends = behind.filter_map(|part| match part.what {
+            What::Run(_) | What::Scan => None,
+            What::Round(corner) => Some(corner.speed),
+            What::Overlap(_) | What::Rest(_) => Some(0.0),
+        });
+        ends.last().is_some_and(|speed| speed <= new.speed)
     }
 
     /// A part ends at a time, and those behind it are no more.

@@ -66,8 +66,7 @@ impl Program {
             return Some(stop);
         }
         let corner = self.look_ahead(number, state)?;
-        let block = self.blocks.get(number)?;
-        block.around(state, corner).or_else(|| block.run(state, block.corner.at_speed(block.promised)))
+        self.blocks.get(number)?.around(state, corner)
     }
 
     /// The corner at the end of a block: none is faster than the block behind it can slow down from, nor than this one can
@@ -83,7 +82,7 @@ impl Program {
         // First the acceleration of the state is taken back.
         let line = behind?;
         let jerk = line.limits.jerk;
-        let settled = state.after(state.acceleration.abs() / jerk, -state.acceleration.signum() * jerk);
+        let settled = state.settled(jerk);
         Some(line.slowed_for(corner, settled.position, settled.speed))
     }
 
@@ -134,8 +133,7 @@ impl Block {
             return Some([Some(slow), Some(rest)]);
         }
         // No way is left for that: as fast as it is.
-        let settled = from.speed + from.acceleration * from.acceleration.abs() / (2.0 * self.limits.jerk);
-        let speed = from.speed.max(settled).max(self.limits.speed);
+        let speed = from.speed.max(from.settled(self.limits.jerk).speed).max(self.limits.speed);
         let motion = forward(from, &Limits { speed, ..self.limits })?;
         Some([Some(motion), None])
     }
@@ -151,16 +149,22 @@ impl Block {
         Some(Decided { runs: [Some(Along::of(self.curve, stop)), None], end })
     }
 
-    /// Around the corner at its end as slowly as the state can. A feed may be too low for that by now: then what was promised
-    /// is allowed, for the corner's own sake.
+    /// Around the corner at its end as slowly as the state can; faster than the feed, if that was lowered too late for it.
     fn around(&self, state: State, corner: Corner) -> Option<Decided> {
-        let fastest = self.corner.at_speed(corner.speed.max(self.promised.min(state.speed)));
+        let unhurried = self.corner.at_speed(corner.speed.max(self.cap.min(state.speed)));
+        self.between(state, corner)
+            .or_else(|| self.run(state, self.corner.at_speed(self.promised)))
+            .or_else(|| self.between(state, unhurried))
+    }
+
+    /// Around the corner at the lowest speed that can be, up to a highest.
+    fn between(&self, state: State, fastest: Corner) -> Option<Decided> {
         let mut slowest = self.slowest(state, fastest);
         for _ in 0..TRIES {
             if let Some(decided) = self.run(state, slowest) {
                 return Some(decided);
             }
-            // The state has an acceleration, which was not thought of.
+            // Rounded, or the state slows down already, which was not thought of.
             slowest = slowest.at_speed(f64::midpoint(slowest.speed, fastest.speed));
         }
         self.run(state, fastest)
@@ -169,9 +173,10 @@ impl Block {
     /// The corner at its end at the lowest speed to which the state can slow down.
     fn slowest(&self, state: State, fastest: Corner) -> Corner {
         let line = self.line();
+        let settled = state.settled(line.limits.jerk);
         let left = |speed: f64| {
             let corner = fastest.at_speed(speed);
-            line.length - corner.reach() - state.position - line.change(state.speed, speed)
+            line.length - corner.reach() - settled.position - line.change(settled.speed, speed)
         };
         let (stopped, passed) = (Point::of(0.0, left), Point::of(fastest.speed, left));
         if stopped.f < 0.0 && passed.f > 0.0 {

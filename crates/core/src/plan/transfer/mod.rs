@@ -302,6 +302,11 @@ impl State {
         self.speed == 0.0 && self.acceleration == 0.0
     }
 
+    /// Where its acceleration has been taken back with full jerk.
+    pub(in crate::plan) fn settled(self, jerk: f64) -> Self {
+        self.after(self.acceleration.abs() / jerk, -self.acceleration.signum() * jerk)
+    }
+
     /// After so many ticks with a jerk.
     #[must_use]
     pub fn after(self, ticks: f64, jerk: f64) -> Self {
