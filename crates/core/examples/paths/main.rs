@@ -32,6 +32,7 @@ fn main() {
     let mut good = circles();
     good &= corners();
     corner_speeds();
+    chords();
     scans();
     assert!(good, "a set-point is where it may not be");
 }
@@ -117,6 +118,26 @@ fn corner_speeds() {
     println!("|---|---:|");
     println!("| this corner | {:.3} |", in_mm_s(corner.speed));
     println!("| an arc between the lines | {:.3} |", in_mm_s(arc));
+}
+
+/// A circle of 2 mm radius in chords at 10 mm/s, corners cut by a micrometre at most: how fast it is gone through.
+fn chords() {
+    println!("\n| circle of 2 mm in chords, `microscope-100`, 1 µm, 10 mm/s asked for | mean speed, mm/s |");
+    println!("|---|---:|");
+    let limits = STAGES[0].limits;
+    for um in [4.0, 20.0, 100.0, 500.0] {
+        let (radius, angle) = (2e9, um * 1e6 / 2e9);
+        let on = |number: u32| {
+            let at = angle * f64::from(number);
+            [6e9 + radius * at.cos(), 6e9 + radius * at.sin()].map(f64::round)
+        };
+        let number = (1.5 * std::f64::consts::PI / angle) as u32;
+        let feed = Feed::from_pm(1e6);
+        let segments: Vec<Segment> = (1..=number).map(|k| Segment { feed, ..line(on(k), 1e6) }).collect();
+        let walk = Walk::of(pm(on(0)), [limits; 2], &segments);
+        let way = f64::from(number) * 2.0 * radius * (angle / 2.0).sin();
+        println!("| {um:.0} µm | {:.2} |", way / 1e9 / (walk.places.len() as f64 / 1e4));
+    }
 }
 
 /// Scans of 10 × 5 mm at full speed, 0.5 mm between lines.

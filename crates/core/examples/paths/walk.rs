@@ -25,13 +25,16 @@ impl Walk {
     /// From rest at a place to rest at the end of the last segment.
     pub(crate) fn of(from: [Pos; 2], axes: [Limits; 2], segments: &[Segment]) -> Self {
         let mut program = Program::new(from, axes, 1.0, ORIGIN);
-        for segment in segments {
-            program.take(segment).expect("it is a segment");
-        }
+        let mut coming = segments.iter();
         let mut walkers = [Walker::default(); 2];
         let (mut walk, mut waits, mut began) =
             (Self { places: Vec::new(), exact: Vec::new(), begins: 0 }, None, false);
         for tick in ORIGIN - 1.. {
+            while program.has_room()
+                && let Some(segment) = coming.next()
+            {
+                program.take(segment).expect("it is a segment");
+            }
             if waits.is_none() {
                 waits = program.span(tick - 1).expect("it can be planned");
             }
