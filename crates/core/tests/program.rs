@@ -1,35 +1,18 @@
 //! Programs tick by tick: on their path within the limits, exact at every rest, wherever they are held or hurried.
 
+mod beside;
 mod tick;
 mod walked;
 
 use abbe_core::Pos;
 use abbe_core::plan::Limits;
-use abbe_core::plan::curve::{Curve, Place};
+use abbe_core::plan::curve::Curve;
 use abbe_core::plan::segment::{Feed, Segment, Shape};
+use beside::assert_on_path;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use tick::{Tick, line, pm};
 use walked::{STAGE, assert_within};
-
-/// From a place to the nearest one of a curve, by dense sampling between bounds and a search, pm.
-fn beside(curve: &Curve, [x, y]: Place) -> f64 {
-    let off = |way: f64| {
-        let [px, py] = curve.spot(way).at;
-        (px - x).hypot(py - y)
-    };
-    let length = curve.length();
-    let parts = if curve.bend().is_none() { 1 } else { 48 };
-    let part = length / f64::from(parts);
-    let nearest =
-        (0..=parts).map(|k| f64::from(k) * part).min_by(|a, b| off(*a).total_cmp(&off(*b))).unwrap_or(0.0);
-    let (mut low, mut high) = ((nearest - part).max(0.0), (nearest + part).min(length));
-    for _ in 0..60 {
-        let third = (high - low) / 3.0;
-        if off(low + third) < off(high - third) { high -= third } else { low += third }
-    }
-    off(f64::midpoint(low, high))
-}
 
 /// Any program, and its curves.
 fn any_program(random: &mut Pcg64Mcg, count: usize) -> ([Pos; 2], Vec<Segment>, Vec<Curve>) {
@@ -75,21 +58,6 @@ fn any_program(random: &mut Pcg64Mcg, count: usize) -> ([Pos; 2], Vec<Segment>, 
     (from, segments, curves)
 }
 
-fn assert_on_path(places: &[Place], curves: &[Curve], tolerance: f64) {
-    // Sparsely: the search is slow. Along the path, the nearest curve is near the last one.
-    let mut near = 0;
-    for place in places.iter().step_by(1 + places.len() / 200) {
-        let found = (near..curves.len())
-            .map(|number| (number, beside(&curves[number], *place)))
-            .find(|(_, off)| *off <= tolerance + 12.0);
-        let Some((number, _)) = found else {
-            let least = curves.iter().map(|curve| beside(curve, *place)).fold(f64::INFINITY, f64::min);
-            panic!("{least} pm off the path, {tolerance} allowed, near curve {near} of {}", curves.len());
-        };
-        near = number.saturating_sub(1);
-    }
-}
-
 #[test]
 fn programs_stay_on_their_path_within_limits_and_end_exactly() {
     let mut random = Pcg64Mcg::seed_from_u64(1);
@@ -104,7 +72,7 @@ fn programs_stay_on_their_path_within_limits_and_end_exactly() {
         }
         tick.finish();
         assert_within(&tick.places, &axes);
-        assert_on_path(&tick.places, &curves, segments[0].tolerance.pm() as f64);
+        assert_on_path(&tick.places, &curves, segments[0].tolerance.pm() as f64, 200);
         assert_eq!(pm(*tick.places.last().unwrap()), segments.last().unwrap().to, "program {number}");
     }
 }
@@ -161,7 +129,7 @@ fn programs_are_held_and_hurried_within_limits_and_on_their_path() {
         }
         tick.finish();
         assert_within(&tick.places, &axes);
-        assert_on_path(&tick.places, &curves, segments[0].tolerance.pm() as f64);
+        assert_on_path(&tick.places, &curves, segments[0].tolerance.pm() as f64, 200);
         assert_eq!(pm(*tick.places.last().unwrap()), segments.last().unwrap().to, "program {number}");
     }
     assert!(holds > 100 && rates > 60, "{holds} {rates}");

@@ -26,6 +26,7 @@ use abbe_core::plan::compare::{Arc, Axis, Circle, CircleError, Line, Step, TooFa
 use abbe_core::plan::corner::Corner;
 use abbe_core::plan::curve::{self, Curve};
 use abbe_core::plan::elsewhere::turn;
+use abbe_core::plan::joint::Joint;
 use abbe_core::plan::overlap::Overlap;
 use abbe_core::plan::pieces::{Along, Piece};
 use abbe_core::plan::program::Program;
@@ -278,6 +279,12 @@ fn corners(limits: &Limits) {
     let corner = Corner::fastest(places, &axes, black_box(1.0), black_box(1.0), black_box(1.0));
     black_box((corner.ticks(), corner.reach(), corner.off(), corner.slowed(1.0, |_| black_box(1.0))));
     black_box((corner.pieces(black_box(0.0)), corner.times(black_box(0.0))));
+    let [from, at, to] = places;
+    let arc = curve::Arc::new(at, to, from, black_box(true)).map(Curve::Arc).unwrap_or_default();
+    let line = Curve::Line { from, to: at };
+    let joint = Joint::fastest([line, arc], &axes, black_box(1.0), black_box(1.0), black_box(1.0));
+    black_box((joint.ticks(), joint.reach(), joint.off()));
+    black_box((joint.piece(black_box(0), black_box(0.0)), arc.turning(black_box(0.0))));
     if let Some(overlap) = Overlap::longest(places, &axes, [(1.0, limits); 2], black_box(1.0)) {
         black_box((overlap.ticks(), overlap.reach(), overlap.off(), overlap.before(1.0), overlap.behind()));
         walk_piece(overlap.piece(black_box(0.0)));

@@ -1,4 +1,4 @@
-//! How true the set-points of programs are to their paths, tick by tick: circles, corners, holds and scans.
+//! How true the set-points of programs are to their paths, tick by tick: circles, corners, joints and scans.
 //!
 //! `cargo run --release -p abbe-core --example paths`. It fails if a set-point is farther from its path than it may be, or a
 //! difference of set-points beyond a limit.
@@ -31,6 +31,7 @@ const ROUNDED: f64 = 1e-6;
 fn main() {
     let mut good = circles();
     good &= corners();
+    good &= joints();
     corner_speeds();
     chords();
     scans();
@@ -101,6 +102,52 @@ fn corners() -> bool {
         good &= nearest <= tolerance * 1.0001 + 2.0
             && cut.places.len() <= stopped.places.len()
             && most <= 1.0 + ROUNDED;
+    }
+    good
+}
+
+/// A stadium of two lines of 10 mm and two half circles, and a circle of 5 mm in quarters, at 10 mm/s and 10 µm, beside stops.
+fn joints() -> bool {
+    println!(
+        "\n| lines and arcs of 5 mm at 10 mm/s, 10 µm, `microscope-100` | ticks | with stops | slowest, mm/s | largest difference, part of its limit |"
+    );
+    println!("|---|---:|---:|---:|---:|");
+    let feed = Feed::from_pm(1e6);
+    let line = |to, tolerance| Segment { feed, ..line(to, tolerance) };
+    let arc = |to, centre, tolerance| {
+        let shape = Shape::Arc { centre: pm(centre), counterclockwise: true };
+        Segment { shape, ..line(to, tolerance) }
+    };
+    let stadium = |tolerance| {
+        [
+            line([2e10, 1e10], tolerance),
+            arc([2e10, 2e10], [2e10, 1.5e10], tolerance),
+            line([1e10, 2e10], tolerance),
+            arc([1e10, 1e10], [1e10, 1.5e10], tolerance),
+        ]
+    };
+    let quarters = |tolerance| {
+        [[1.5e10, 1e10], [2e10, 1.5e10], [1.5e10, 2e10], [1e10, 1.5e10]]
+            .map(|to| arc(to, [1.5e10, 1.5e10], tolerance))
+    };
+    let mut good = true;
+    let limits = STAGES[0].limits;
+    for (name, from, segments) in [
+        ("stadium", [1e10, 1e10], [stadium(1e7), stadium(0.0)]),
+        ("circle in quarters", [1e10, 1.5e10], [quarters(1e7), quarters(0.0)]),
+    ] {
+        let [through, stopped] = segments.map(|segments| Walk::of(pm(from), [limits; 2], &segments));
+        // But for the ends.
+        let places = &through.places[1000..through.places.len() - 1000];
+        let speed = |pair: &[Place]| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]) * 1e4 / 1e9;
+        let slowest = places.windows(2).map(speed).fold(f64::INFINITY, f64::min);
+        let most = through.largest(&limits);
+        println!(
+            "| {name} | {} | {} | {slowest:.3} | {most:.4} |",
+            through.places.len(),
+            stopped.places.len()
+        );
+        good &= slowest > 9.99 && through.places.len() < stopped.places.len() && most <= 1.0 + ROUNDED;
     }
     good
 }

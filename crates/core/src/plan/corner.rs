@@ -8,7 +8,7 @@
 use super::curve::{Place, direction, distance, straight};
 use super::pieces::Piece;
 use super::profile::Limits;
-use super::root::{Point, root};
+use super::root::highest;
 use super::steps::{Leg, lay_out};
 use super::transfer::{Phase, State};
 
@@ -41,11 +41,8 @@ impl Corner {
     /// The same at the highest speed, up to a top, at which nothing is left over that must not be below zero.
     #[must_use]
     pub fn slowed(self, top: f64, left: impl Fn(&Self) -> f64) -> Self {
-        let left_at = |speed: f64| left(&self.at_speed(speed));
-        let at_rest = Point::of(0.0, left_at);
         // Back, or no room: it stops.
-        let speed = if at_rest.f > 0.0 { root(at_rest, Point::of(top, left_at), left_at) } else { 0.0 };
-        self.at_speed(speed)
+        self.at_speed(highest(top, |speed| left(&self.at_speed(speed))))
     }
 
     pub(super) fn at_speed(self, speed: f64) -> Self {

@@ -8,6 +8,7 @@ pub mod compare;
 pub mod corner;
 pub mod curve;
 pub mod elsewhere;
+pub mod joint;
 pub mod line;
 pub mod overlap;
 pub mod path;

@@ -5,17 +5,17 @@
 //! power of its time: pieces are as long as [`MOST_OFF`] allows. The next piece begins with the place and the speed of
 //! the last, and with its acceleration but for a third order, so that differences see no seam.
 
-use super::curve::{Bend, Curve, Place, Spot};
+use super::curve::{Curve, Place, Spot};
 use super::profile::Limits;
 use super::steps::{Leg, lay_out};
 use super::transfer::{Infeasible, Phase, State, Transfer};
 
 /// A piece may be off the curve by so much, pm.
-const MOST_OFF: f64 = 10.0;
+pub(super) const MOST_OFF: f64 = 10.0;
 
 /// A piece may be shorter than this, ticks, where a phase hardly lasts: its slopes would be those of rounded numbers. Of one
 /// tick at most it has the place and the speed.
-const SHORT: f64 = 0.01;
+pub(super) const SHORT: f64 = 0.01;
 
 /// A piece: for each axis what a tick adds up, from its first tick on.
 pub type Piece = [Leg; 2];
@@ -104,18 +104,11 @@ impl Pieces {
     }
 
     /// Ticks of the longest piece from here to another state of the phase.
-    ///
-    /// At speed v, acceleration a and jerk j along a curve of curvature κ the fourth derivative of the place is at most
-    /// (κ'' + 3κκ' + κ³)v⁴ + 6(κ' + κ²)v²a + κ(3a² + 4vj).
     fn longest(&self, to: State, jerk: f64) -> f64 {
-        let Some(Bend { curvature, change, second }) = self.along.curve.bend() else { return f64::INFINITY };
+        let Some(bend) = self.along.curve.bend() else { return f64::INFINITY };
         let speed = self.state.speed.abs().max(to.speed.abs());
         let acceleration = self.state.acceleration.abs().max(to.acceleration.abs());
-        let squared = speed * speed;
-        let fourth =
-            (second + 3.0 * curvature * change + curvature * curvature * curvature) * squared * squared
-                + 6.0 * (change + curvature * curvature) * squared * acceleration
-                + curvature * (3.0 * acceleration * acceleration + 4.0 * speed * jerk.abs());
+        let fourth = bend.fourth_derivative(speed, acceleration, jerk.abs());
         libm::sqrt(libm::sqrt(384.0 * MOST_OFF / fourth))
     }
 
@@ -177,7 +170,7 @@ fn on_axis(spot: Option<&Spot>, along: Option<&State>, axis: usize) -> State {
 }
 
 /// The cubic with places and speeds of both ends: its beginning and its jerk.
-fn hermite(from: State, to: State, length: f64) -> (State, f64) {
+pub(super) fn hermite(from: State, to: State, length: f64) -> (State, f64) {
     let mean = (to.position - from.position) / length;
     let acceleration = (6.0 * mean - 4.0 * from.speed - 2.0 * to.speed) / length;
     let jerk = (6.0 * (from.speed + to.speed) - 12.0 * mean) / (length * length);

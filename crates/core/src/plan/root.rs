@@ -48,6 +48,13 @@ pub(super) fn root(from: Point, to: Point, f: impl Fn(f64) -> f64) -> f64 {
     near.x
 }
 
+/// The highest argument, up to a top, at which nothing is left over that must not be below zero: less is left the higher it
+/// is. Zero if nothing is left there.
+pub(super) fn highest(top: f64, left: impl Fn(f64) -> f64) -> f64 {
+    let lowest = Point::of(0.0, &left);
+    if lowest.f > 0.0 { root(lowest, Point::of(top, &left), left) } else { 0.0 }
+}
+
 /// Where to look next between two points, 0 … 1.
 fn step(near: Point, far: Point, third: Point) -> f64 {
     let xi = (near.x - far.x) / (third.x - far.x);

@@ -75,7 +75,7 @@ pub struct Segment {
     pub to: [Pos; 2],
     /// Highest speed along it.
     pub feed: Feed,
-    /// The corner at its end, if another line follows, is cut by this at most; zero: it stops there.
+    /// Where the next begins the path may be left by this at most; zero: it stops there.
     pub tolerance: Pos,
 }
 

@@ -49,6 +49,20 @@ pub struct Bend {
     pub second: f64,
 }
 
+impl Bend {
+    /// Of the places of a motion along the curve by time, at most.
+    ///
+    /// At speed v, acceleration a and jerk j along a curve of curvature κ it is (κ'' + 3κκ' + κ³)v⁴ + 6(κ' + κ²)v²a +
+    /// κ(3a² + 4vj).
+    pub(super) fn fourth_derivative(&self, speed: f64, acceleration: f64, jerk: f64) -> f64 {
+        let Self { curvature, change, second } = *self;
+        let squared = speed * speed;
+        (second + 3.0 * curvature * change + curvature * curvature * curvature) * squared * squared
+            + 6.0 * (change + curvature * curvature) * squared * acceleration
+            + curvature * (3.0 * acceleration * acceleration + 4.0 * speed * jerk)
+    }
+}
+
 impl Default for Curve {
     fn default() -> Self {
         Self::Line { from: [0.0; 2], to: [0.0; 2] }
@@ -74,6 +88,15 @@ impl Curve {
             }
             Self::Arc(arc) => arc.spot(way),
             Self::Sine(sine) => sine.spot(way),
+        }
+    }
+
+    /// How it bends after a way: the second derivative of the place by the length, 1/pm.
+    pub fn turning(&self, way: f64) -> Place {
+        match self {
+            Self::Line { .. } => [0.0; 2],
+            Self::Arc(arc) => arc.turning(way),
+            Self::Sine(sine) => sine.turning(way),
         }
     }
 

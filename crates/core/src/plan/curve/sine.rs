@@ -63,6 +63,16 @@ impl Sine {
         Spot { at, tangent: self.place([0.0; 2], ahead / speed, left / speed) }
     }
 
+    pub(super) fn turning(&self, way: f64) -> Place {
+        let angle = self.angle_at(self.length_to(self.phase) + way);
+        let (sin, cos) = libm::sincos(angle);
+        let (ahead, left) = (self.pitch, self.amplitude * cos);
+        let speed = libm::hypot(ahead, left);
+        // To the left of where it goes.
+        let curvature = -ahead * self.amplitude * sin / (speed * speed * speed);
+        self.place([0.0; 2], -curvature * left / speed, curvature * ahead / speed)
+    }
+
     /// With each period a turn moves on evenly, so that the first and the last of its kind are the outermost.
     ///
     /// The speed of an axis is zero where cos θ = −ahead / (left · steepness).

@@ -1,12 +1,12 @@
 //! A segment that was asked for, and the corner at its end.
 
-use super::super::corner::Corner;
 use super::super::curve::{Curve, Place};
 use super::super::overlap::Overlap;
 use super::super::profile::Limits;
 use super::super::scan::{Scan, ScanPlan};
 use super::super::segment::place;
 use super::line::{Line, ROUNDED, worth_it};
+use super::passage::Passage;
 
 /// A segment of a program's path.
 #[derive(Clone, Copy, Debug, Default)]
@@ -18,9 +18,12 @@ pub(super) struct Block {
     tolerance: f64,
     /// Along the curve.
     pub(super) limits: Limits,
-    /// How the corner at its end can be passed at most; at rest where no line follows.
-    pub(super) corner: Corner,
-    /// How the lines are laid over each other where the corner is not passed at speed.
+    /// The highest speed whatever the feed: the acceleration is that of the first feed. With another one, what was decided
+    /// with it would no longer be possible.
+    top: f64,
+    /// How the corner at its end can be passed at most; at rest where no curve follows.
+    pub(super) corner: Passage,
+    /// How two lines are laid over each other where the corner is not passed at speed.
     pub(super) overlap: Option<Overlap>,
     /// How fast its corner can be passed whatever the feed, pm a tick.
     pub(super) cap: f64,
@@ -58,27 +61,37 @@ impl Block {
         if self.scan.is_some() {
             return;
         }
-        let top = if self.feed.is_finite() { self.feed } else { self.curve.limits(axes, f64::MAX).speed };
-        self.limits = self.curve.limits(axes, top * rate);
+        let swift = self.curve.limits(axes, f64::MAX);
+        let feed = if self.feed.is_finite() { self.feed } else { swift.speed };
+        let limits = self.curve.limits(axes, feed * rate);
+        if self.top == 0.0 {
+            // Where a curve is bent, the faster it is gone along the less acceleration is left for that.
+            self.top = swift.speed * (swift.acceleration / limits.acceleration).min(1.0);
+            self.limits = limits;
+        } else {
+            self.limits.speed = limits.speed.min(self.top);
+        }
     }
 
     /// Finds how the corner to the next can be passed.
     pub(super) fn meet(&mut self, next: &Self, axes: &[Limits; 2]) {
-        (self.corner, self.cap, self.overlap) = (Corner::default(), 0.0, None);
-        let (Curve::Line { from, to: at }, Curve::Line { to, .. }) = (self.curve, next.curve) else { return };
-        if self.tolerance > 0.0 && next.scan.is_none() {
-            let lines = [self.line(), next.line()];
-            // A little less than half, or two corners that meet leave a way that rounding makes less than none.
-            let room = (1.0 - ROUNDED) * lines[0].length.min(lines[1].length) / 2.0;
-            let feed = self.limits.speed.min(next.limits.speed);
-            let places = [from, at, to];
-            let fastest = Corner::fastest(places, axes, feed, self.tolerance, room);
-            self.cap = Corner::fastest(places, axes, f64::MAX, self.tolerance, room).speed;
-            let ends = [(lines[0].length, &lines[0].limits), (lines[1].length, &lines[1].limits)];
-            self.overlap = Overlap::longest(places, axes, ends, self.tolerance);
-            let saved = self.overlap.map_or(0.0, |overlap| overlap.ticks());
-            self.corner = worth_it(fastest, &lines, saved);
+        (self.corner, self.cap, self.overlap) = (Passage::default(), 0.0, None);
+        if self.tolerance == 0.0 || next.scan.is_some() {
+            return;
         }
+        let lines = [self.line(), next.line()];
+        // A little less than half, or two corners that meet leave a way that rounding makes less than none.
+        let room = (1.0 - ROUNDED) * lines[0].length.min(lines[1].length) / 2.0;
+        let curves = [self.curve, next.curve];
+        let fastest = |top| Passage::fastest(curves, axes, top, self.tolerance, room);
+        let rounded = fastest(self.limits.speed.min(next.limits.speed));
+        self.cap = fastest(self.top.min(next.top)).speed();
+        if let [Curve::Line { from, to: at }, Curve::Line { to, .. }] = curves {
+            let ends = [(lines[0].length, &lines[0].limits), (lines[1].length, &lines[1].limits)];
+            self.overlap = Overlap::longest([from, at, to], axes, ends, self.tolerance);
+        }
+        let saved = self.overlap.map_or(0.0, |overlap| overlap.ticks());
+        self.corner = worth_it(rounded, &lines, saved);
     }
 
     /// How far and how fast.

@@ -1,21 +1,22 @@
-//! A line between two corners: how fast it can come to each of them.
+//! A block between two corners, as if it were a line: how fast it can come to each of them.
 
-use super::super::corner::{Corner, changing};
+use super::super::corner::changing;
 use super::super::profile::Limits;
 use super::super::root::{Point, root};
+use super::passage::Passage;
 
-/// A corner between two lines, if a stop is not sooner, of which so many ticks are saved.
-pub(super) fn worth_it(rounded: Corner, lines: &[Line; 2], saved: f64) -> Corner {
+/// A corner between two blocks, if a stop is not sooner, of which so many ticks are saved.
+pub(super) fn worth_it(rounded: Passage, lines: &[Line; 2], saved: f64) -> Passage {
     let stop = rounded.at_speed(0.0);
     if delay(&rounded, lines) < delay(&stop, lines) - saved { rounded } else { stop }
 }
 
-/// How much later than at full speed a corner is passed, ticks, between two lines that come to it.
-fn delay(corner: &Corner, lines: &[Line; 2]) -> f64 {
+/// How much later than at full speed a corner is passed, ticks, between two blocks that come to it.
+fn delay(corner: &Passage, lines: &[Line; 2]) -> f64 {
     let of = |line: &Line| {
         let top = line.limits.speed.min(libm::sqrt(line.limits.acceleration * line.length));
-        let (rise, pause) = line.changing(top, corner.speed);
-        2.0 * rise + pause - (line.change(top, corner.speed) + corner.reach()) / top
+        let (rise, pause) = line.changing(top, corner.speed());
+        2.0 * rise + pause - (line.change(top, corner.speed()) + corner.reach()) / top
     };
     corner.ticks() + of(&lines[0]) + of(&lines[1])
 }
@@ -32,19 +33,20 @@ pub(super) struct Line {
 
 impl Line {
     /// A corner at one end, slow enough for the speed to change to that of the other within the line.
-    pub(super) fn slowed(&self, corner: Corner, other: &Corner) -> Corner {
-        self.slowed_for(corner, other.reach(), other.speed)
+    pub(super) fn slowed(&self, corner: Passage, other: &Passage) -> Passage {
+        self.slowed_for(corner, other.reach(), other.speed())
     }
 
     /// The same, if from the other end on some of the line is gone and the speed there is given.
-    pub(super) fn slowed_for(&self, corner: Corner, gone: f64, speed: f64) -> Corner {
-        let left = |corner: &Corner| self.length - corner.reach() - gone - self.change(corner.speed, speed);
-        if corner.speed <= speed || left(&corner) >= 0.0 {
+    pub(super) fn slowed_for(&self, corner: Passage, gone: f64, speed: f64) -> Passage {
+        let left =
+            |corner: &Passage| self.length - corner.reach() - gone - self.change(corner.speed(), speed);
+        if corner.speed() <= speed || left(&corner) >= 0.0 {
             return corner;
         }
         // It need not be slower than the other; from there on there is less room the faster it is.
         let left_at = |speed: f64| left(&corner.at_speed(speed));
-        let (same, top) = (Point::of(speed, left_at), Point::of(corner.speed, left_at));
+        let (same, top) = (Point::of(speed, left_at), Point::of(corner.speed(), left_at));
         if same.f <= 0.0 {
             return corner.at_speed(speed);
         }

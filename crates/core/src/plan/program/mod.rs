@@ -13,9 +13,9 @@
 mod block;
 mod line;
 mod part;
+mod passage;
 mod speeds;
 
-use super::corner::Corner;
 use super::curve::Place;
 use super::pieces::Piece;
 use super::profile::Limits;
@@ -233,10 +233,8 @@ impl Program {
         for run in decided.runs.into_iter().flatten() {
             self.append(What::Run(run), run.ticks());
         }
-        let passing =
-            |corner: &Corner| State { position: corner.reach(), speed: corner.speed, acceleration: 0.0 };
         let (what, ticks, state) = match decided.end {
-            End::Round(corner) => (What::Round(corner), corner.ticks(), passing(&corner)),
+            End::Round(corner) => (What::Round(corner), corner.ticks(), corner.behind()),
             End::Overlap(overlap) => (What::Overlap(overlap), overlap.ticks(), overlap.behind()),
             End::Rest(at) => (What::Rest(at), 0.0, State::default()),
             End::Within(gone, at) => (What::Rest(at), 0.0, State { position: gone, ..State::default() }),
@@ -291,12 +289,7 @@ impl Program {
         let mut before: Option<usize> = None;
         for number in 0..self.blocks.len() {
             let Some(mut block) = self.blocks.get(number).copied() else { continue };
-            let old = block.limits.acceleration;
             block.limit(&self.axes, rate);
-            if number < self.next {
-                // It may be faster than it will be, and what is left to turn with depends on that.
-                block.limits.acceleration = block.limits.acceleration.min(old);
-            }
             if let Some(met) = before.and_then(|before| self.blocks.get_mut(before)) {
                 met.meet(&block, &self.axes);
             }
@@ -346,10 +339,10 @@ impl Program {
         let behind = self.parts.iter().skip(number).filter(|part| part.block == block);
         let ends = behind.filter_map(|part| match part.what {
             What::Run(_) | What::Scan => None,
-            What::Round(corner) => Some(corner.speed),
+            What::Round(corner) => Some(corner.speed()),
             What::Overlap(_) | What::Rest(_) => Some(0.0),
         });
-        ends.last().is_some_and(|speed| speed <= new.speed)
+        ends.last().is_some_and(|speed| speed <= new.speed())
     }
 
     /// A part ends at a time, and those behind it are no more.

@@ -1,10 +1,10 @@
 //! A part of the motion that was decided, and its pieces.
 
-use super::super::corner::Corner;
 use super::super::curve::Place;
 use super::super::overlap::Overlap;
 use super::super::pieces::{Along, Piece, Pieces, rest};
 use super::super::scan::{self, ScanPlan};
+use super::passage::Passage;
 
 /// What a part is.
 #[derive(Clone, Copy, Debug)]
@@ -12,7 +12,7 @@ pub(super) enum What {
     /// Along a block.
     Run(Along),
     /// Around the corner at its end.
-    Round(Corner),
+    Round(Passage),
     /// Around it where both lines would stop.
     Overlap(Overlap),
     /// Line by line over an area: the program's only scan.
@@ -104,11 +104,10 @@ impl Laying {
         Some((Some(piece), Some(until)))
     }
 
-    fn next_of_corner(&mut self, part: &Part, corner: &Corner) -> Option<Laid> {
+    fn next_of_corner(&mut self, part: &Part, corner: &Passage) -> Option<Laid> {
         let number = if let Self::Round(number) = self { *number } else { 0 };
         *self = Self::Round(number.saturating_add(1));
-        let piece = corner.pieces(part.begins).get(number).copied()?;
-        let next = corner.times(part.begins).get(number.saturating_add(1)).copied();
-        Some((piece, Some(next.unwrap_or(part.ends))))
+        let (piece, until) = corner.piece(number, part.begins, part.ends)?;
+        Some((piece, Some(until)))
     }
 }

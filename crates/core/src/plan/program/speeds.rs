@@ -1,6 +1,5 @@
 //! How a block is gone along: from the state it begins with, to the corner at its end.
 
-use super::super::corner::Corner;
 use super::super::curve::Place;
 use super::super::overlap::Overlap;
 use super::super::pieces::Along;
@@ -10,6 +9,7 @@ use super::super::transfer::{State, Transfer};
 use super::Program;
 use super::block::Block;
 use super::line::Line;
+use super::passage::Passage;
 
 /// A motion along a curve never goes back by more than this part of its highest speed: what is rounded.
 const ROUNDED: f64 = 1e-6;
@@ -28,7 +28,7 @@ pub(super) struct Decided {
 impl Decided {
     /// Whether it comes to the end of its block at a speed or slower.
     pub(super) fn is_as_slow_as(&self, speed: f64) -> bool {
-        if let End::Round(corner) = self.end { corner.speed <= speed } else { true }
+        if let End::Round(corner) = self.end { corner.speed() <= speed } else { true }
     }
 }
 
@@ -36,7 +36,7 @@ impl Decided {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum End {
     /// A corner at speed.
-    Round(Corner),
+    Round(Passage),
     /// A corner in which the next line is laid over it.
     Overlap(Overlap),
     /// A rest at its end.
@@ -51,7 +51,7 @@ impl Program {
         let corner = self.look_ahead(number, state)?;
         let is_last = number.saturating_add(1) == self.blocks.len();
         let block = self.blocks.get(number)?;
-        let overlap = block.overlap.filter(|_| corner.speed == 0.0 && !is_last);
+        let overlap = block.overlap.filter(|_| corner.speed() == 0.0 && !is_last);
         overlap
             .and_then(|overlap| block.overlapped(state, overlap))
             .or_else(|| block.run(state, corner))
@@ -71,12 +71,12 @@ impl Program {
 
     /// The corner at the end of a block: none is faster than the block behind it can slow down from, nor than this one can
     /// speed up to.
-    fn look_ahead(&mut self, number: usize, state: State) -> Option<Corner> {
-        let (mut corner, mut behind) = (Corner::default(), None::<Line>);
+    fn look_ahead(&mut self, number: usize, state: State) -> Option<Passage> {
+        let (mut corner, mut behind) = (Passage::default(), None::<Line>);
         for number in (number..self.blocks.len()).rev() {
             let block = self.blocks.get_mut(number)?;
-            corner = behind.map_or(Corner::default(), |behind| behind.slowed(block.corner, &corner));
-            block.ahead = corner.speed;
+            corner = behind.map_or(Passage::default(), |behind| behind.slowed(block.corner, &corner));
+            block.ahead = corner.speed();
             behind = Some(block.line());
         }
         // First the acceleration of the state is taken back.
@@ -98,10 +98,10 @@ impl Program {
 
 impl Block {
     /// From a state to a corner; None if it cannot be reached without going back.
-    fn run(&self, state: State, corner: Corner) -> Option<Decided> {
+    fn run(&self, state: State, corner: Passage) -> Option<Decided> {
         let position = self.curve.length() - corner.reach();
-        let to = State { position, speed: corner.speed, acceleration: 0.0 };
-        let end = if corner.speed > 0.0 { End::Round(corner) } else { End::Rest(self.end()) };
+        let to = State { position, speed: corner.speed(), acceleration: 0.0 };
+        let end = if corner.speed() > 0.0 { End::Round(corner) } else { End::Rest(self.end()) };
         Some(Decided { runs: self.runs(state, to)?, end })
     }
 
@@ -150,35 +150,35 @@ impl Block {
     }
 
     /// Around the corner at its end as slowly as the state can; faster than the feed, if that was lowered too late for it.
-    fn around(&self, state: State, corner: Corner) -> Option<Decided> {
-        let unhurried = self.corner.at_speed(corner.speed.max(self.cap.min(state.speed)));
+    fn around(&self, state: State, corner: Passage) -> Option<Decided> {
+        let unhurried = self.corner.at_speed(corner.speed().max(self.cap.min(state.speed)));
         self.between(state, corner)
             .or_else(|| self.run(state, self.corner.at_speed(self.promised)))
             .or_else(|| self.between(state, unhurried))
     }
 
     /// Around the corner at the lowest speed that can be, up to a highest.
-    fn between(&self, state: State, fastest: Corner) -> Option<Decided> {
+    fn between(&self, state: State, fastest: Passage) -> Option<Decided> {
         let mut slowest = self.slowest(state, fastest);
         for _ in 0..TRIES {
             if let Some(decided) = self.run(state, slowest) {
                 return Some(decided);
             }
             // Rounded, or the state slows down already, which was not thought of.
-            slowest = slowest.at_speed(f64::midpoint(slowest.speed, fastest.speed));
+            slowest = slowest.at_speed(f64::midpoint(slowest.speed(), fastest.speed()));
         }
         self.run(state, fastest)
     }
 
     /// The corner at its end at the lowest speed to which the state can slow down.
-    fn slowest(&self, state: State, fastest: Corner) -> Corner {
+    fn slowest(&self, state: State, fastest: Passage) -> Passage {
         let line = self.line();
         let settled = state.settled(line.limits.jerk);
         let left = |speed: f64| {
             let corner = fastest.at_speed(speed);
             line.length - corner.reach() - settled.position - line.change(settled.speed, speed)
         };
-        let (stopped, passed) = (Point::of(0.0, left), Point::of(fastest.speed, left));
+        let (stopped, passed) = (Point::of(0.0, left), Point::of(fastest.speed(), left));
         if stopped.f < 0.0 && passed.f > 0.0 {
             fastest.at_speed(root(stopped, passed, left))
         } else {
