@@ -1,6 +1,7 @@
 //! The profiles +, −, + between two speeds and accelerations: one parameter, and what comes of it.
 
 use super::super::root::{Point, root};
+use super::leg::cut;
 use super::{Motion, Stretch, Task, time, way};
 
 /// All profiles of phases +, 0, −, 0, −, 0, + from the start to the speed and acceleration of the end.
@@ -215,11 +216,6 @@ impl Family {
 
 fn squared(number: f64) -> f64 {
     number * number
-}
-
-/// A peak of an acceleration whose square is given, cut off at full acceleration: its height and its pause.
-pub(super) fn cut(square: f64) -> (f64, f64) {
-    if square <= 1.0 { (libm::sqrt(square), 0.0) } else { (1.0, square - 1.0) }
 }
 
 /// By how much height and pause of [`cut`] grow with y, of a square y² + c.

@@ -15,6 +15,7 @@
 
 mod cruise;
 mod family;
+mod leg;
 mod motion;
 mod together;
 

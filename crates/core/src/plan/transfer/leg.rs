@@ -1,0 +1,61 @@
+//! Half of a profile: from one end to the speed between.
+
+use super::{Motion, Stretch};
+
+/// From a motion to a speed without acceleration: the acceleration goes to a height, stays there for a pause, and comes back
+/// to zero. Jerk and full acceleration are 1.
+///
+/// Where two of them meet with heights of different signs, no acceleration comes to zero between: the time back from the
+/// height below zero is less than none, and what the sums say is right nevertheless.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leg {
+    from: Motion,
+    /// The speed it leads to.
+    speed: f64,
+    pub(super) height: f64,
+    pub(super) pause: f64,
+}
+
+impl Leg {
+    pub(super) fn new(from: Motion, speed: f64, (height, pause): (f64, f64)) -> Self {
+        Self { from, speed, height, pause }
+    }
+
+    /// To a speed at which the motion settles, or a higher one, as fast as can be.
+    pub(super) fn rising(from: Motion, speed: f64) -> Self {
+        let before = from.a.max(0.0);
+        Self::new(from, speed, cut((speed - from.settled()).max(0.0) + before * before))
+    }
+
+    /// How long the acceleration rises to its height.
+    pub(super) fn rise(&self) -> f64 {
+        (self.height - self.from.a).max(0.0)
+    }
+
+    pub(super) fn time(&self) -> f64 {
+        self.rise() + self.pause + self.height
+    }
+
+    /// How far it leads.
+    pub(super) fn way(&self) -> f64 {
+        let Self { from, speed, height, pause } = *self;
+        let rise = self.rise();
+        let up = rise * (from.v + rise * (0.5 * from.a + SIXTH * rise));
+        let risen = from.v + rise * (from.a + 0.5 * rise);
+        let on = pause * (risen + 0.5 * height * pause);
+        // Backwards from its end.
+        let back = height * (speed - SIXTH * height * height);
+        up + on + back
+    }
+
+    pub(super) fn stretches(&self) -> [Stretch; 3] {
+        [(self.rise(), 1.0), (self.pause, 0.0), (self.height, -1.0)]
+    }
+}
+
+const SIXTH: f64 = 1.0 / 6.0;
+
+/// A peak of an acceleration whose square is given, cut off at full acceleration: its height and its pause.
+pub(super) fn cut(square: f64) -> (f64, f64) {
+    if square <= 1.0 { (libm::sqrt(square), 0.0) } else { (1.0, square - 1.0) }
+}
