@@ -18,13 +18,14 @@ mod family;
 mod leg;
 mod motion;
 mod together;
+mod turns;
 
 pub use together::together;
 
 use super::profile::{Limits, durations};
 use super::root::{Point, root};
 use cruise::Cruise;
-use family::Family;
+use family::{Family, Member};
 use motion::{Motion, Stretch, mirrored, time, way, way_of_all};
 
 /// A state of motion along one line: picometres and ticks.
@@ -412,20 +413,20 @@ impl Task {
     /// The seven phases: of all that lead there, those that take the least time.
     fn fastest(&self) -> [Stretch; 7] {
         let image = self.mirrored();
-        let image_family = Family::of(&image);
-        let family = Family::of(self);
-        let here = [family.reaching(self), family.above().and_then(|family| family.reaching(self))];
-        let there =
-            [image_family.reaching(&image), image_family.above().and_then(|family| family.reaching(&image))];
-        // One of both families leads there; rounding alone may say that neither does, and then its first is meant.
-        let mut best = family.forth(family.least(), 0.0);
-        let mut least = f64::INFINITY;
-        for phases in here.into_iter().chain(there.map(|phases| phases.map(mirrored))).flatten() {
-            if time(&phases) < least {
-                (best, least) = (phases, time(&phases));
+        let (here, there) = (Family::of(self), Family::of(&image));
+        let mut best: Option<(Family, Member, bool)> = None;
+        for (family, task, is_image) in [(here, self, false), (there, &image, true)] {
+            for family in [Some(family), family.above()].into_iter().flatten() {
+                let Some(member) = family.reaching(task) else { continue };
+                if best.is_none_or(|(_, best, _)| member.time < best.time) {
+                    best = Some((family, member, is_image));
+                }
             }
         }
-        best
+        // One of both families leads there; rounding alone may say that neither does, and then its first is meant.
+        let (family, member, is_image) = best.unwrap_or((here, here.straightest(), false));
+        let phases = family.phases(&member);
+        if is_image { mirrored(phases) } else { phases }
     }
 
     fn mirrored(&self) -> Self {
