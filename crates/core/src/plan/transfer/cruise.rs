@@ -2,7 +2,8 @@
 
 use super::super::root::{Point, Slope, root, root_by_slope};
 use super::leg::Leg;
-use super::{Motion, Stretch, Task, mirrored};
+use super::motion::{Motion, Stretch, mirrored};
+use super::task::Task;
 
 /// Most ranges of speeds at which the changes lead too far.
 const GAPS: usize = 4;

@@ -1,9 +1,10 @@
 //! The profiles +, −, + between two speeds and accelerations: one parameter, and what comes of it.
 
-use super::super::root::{Point, Slope, root_by_slope};
+use super::super::root::{Point, Slope, root, root_by_slope};
 use super::leg::{Leg, cut};
 use super::turns::Turns;
-use super::{Motion, Stretch, Task};
+use super::motion::{Motion, Stretch};
+use super::task::Task;
 
 /// All profiles of phases +, 0, −, 0, −, 0, + from the start to the speed and acceleration of the end.
 ///
@@ -67,8 +68,13 @@ impl Family {
         }
     }
 
+    /// Itself, and those that stay above zero.
+    pub(super) fn all(self) -> impl Iterator<Item = Self> {
+        [Some(self), self.above()].into_iter().flatten()
+    }
+
     /// Those that stay above zero.
-    pub(super) fn above(self) -> Option<Self> {
+    fn above(self) -> Option<Self> {
         let there_are =
             self.from.a > 0.0 && self.to.a < 0.0 && self.apart < squared(self.from.a.min(-self.to.a));
         there_are.then_some(Self { above: true, ..self })
@@ -119,8 +125,9 @@ impl Family {
         self.member(self.least(), 0.0)
     }
 
-    /// The one that goes the way of a task soonest; none if none goes it.
-    pub(super) fn reaching(&self, task: &Task) -> Option<Member> {
+    /// The one that goes the way of a task soonest after a time; none if none goes it.
+    pub(super) fn reaching(&self, task: &Task, after: f64) -> Option<Member> {
+        let is_later = |member: &Member| member.time > after;
         let at = |y: f64| self.point(task.way, y);
         // A larger parameter takes longer; those above zero take less.
         let last = if self.above { 0.0 } else { self.most() };
@@ -128,7 +135,8 @@ impl Family {
         if !self.above {
             // The straightest leads there, but for what was rounded.
             let straightest = self.member(from.x, 0.0);
-            if from.f.abs() <= task.blur + ROUNDED * task.top * straightest.time {
+            let is_there = from.f.abs() <= task.blur + ROUNDED * task.top * straightest.time;
+            if is_there && is_later(&straightest) {
                 return Some(straightest);
             }
             if from.f > 0.0 && self.surely_grows() {
@@ -138,12 +146,35 @@ impl Family {
         for turn in self.turns().into_iter().flatten().chain([last]) {
             let to = at(turn);
             if (from.f <= 0.0) == (to.f >= 0.0) {
-                return Some(self.member(self.between(task.way, from, to), 0.0));
+                let member = self.member(self.between(task.way, from, to), 0.0);
+                if is_later(&member) {
+                    return Some(member);
+                }
             }
             from = to;
         }
         // Full speed, for as long as it takes.
-        (from.f < 0.0 && !self.above).then(|| self.member(from.x, -from.f / task.top))
+        let cruises = from.f < 0.0 && !self.above;
+        cruises.then(|| self.member(from.x, -from.f / task.top)).filter(is_later)
+    }
+
+    /// The one that takes so long, none if it would have to be sooner, or later, than all.
+    pub(super) fn lasting(&self, time: f64) -> Option<Member> {
+        let late = |y: f64| self.member(y, 0.0).time - time;
+        let (first, last) = if self.above { (self.most(), 0.0) } else { (self.least(), self.most()) };
+        let (first, last) = (Point::of(first, late), Point::of(last, late));
+        if first.f > 0.0 || (self.above && last.f < 0.0) {
+            return None;
+        }
+        if last.f <= 0.0 {
+            return Some(self.member(last.x, -last.f));
+        }
+        Some(self.member(root(first, last, late), 0.0))
+    }
+
+    /// How far one leads that rests at full speed.
+    pub(super) fn way(&self, member: &Member, top: f64) -> f64 {
+        self.point(-member.rest * top, member.y).f
     }
 
     /// The parameter between two that leads just there.

@@ -1,6 +1,6 @@
 //! Half of a profile: from one end to the speed between.
 
-use super::{Motion, Stretch};
+use super::motion::{Motion, Stretch};
 
 /// From a motion to a speed without acceleration: the acceleration goes to a height, stays there for a pause, and comes back
 /// to zero. Jerk and full acceleration are 1.
