@@ -1,6 +1,6 @@
 //! The profiles +, −, + between two speeds and accelerations: one parameter, and what comes of it.
 
-use super::super::root::{Point, Slope, root, root_by_slope};
+use super::super::root::{Point, Slope, root_by_slope};
 use super::leg::{Leg, cut};
 use super::turns::Turns;
 use super::motion::{Motion, Stretch};
@@ -22,21 +22,21 @@ use super::task::Task;
 /// the peaks and makes pauses of them that bring the same speed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Family {
-    from: Motion,
+    pub(super) from: Motion,
     /// The end, as the start of the way back.
-    to: Motion,
+    pub(super) to: Motion,
     /// Where the start settles.
-    settled: f64,
+    pub(super) settled: f64,
     /// a₀² if the start accelerates.
-    before: f64,
+    pub(super) before: f64,
     /// C.
-    apart: f64,
+    pub(super) apart: f64,
     /// From the speed at which the start settles up to full speed.
     room: f64,
     /// Start and end have changed places.
     backwards: bool,
     /// The acceleration stays above zero.
-    above: bool,
+    pub(super) above: bool,
 }
 
 /// One of a family.
@@ -81,12 +81,12 @@ impl Family {
     }
 
     /// The parameter of the straightest.
-    fn least(&self) -> f64 {
+    pub(super) fn least(&self) -> f64 {
         self.from.a.min(0.0)
     }
 
     /// The parameter of those that reach full speed, or the acceleration of the end before they fall below it.
-    fn most(&self) -> f64 {
+    pub(super) fn most(&self) -> f64 {
         libm::sqrt(if self.above { squared(self.to.a) - self.apart } else { self.room })
     }
 
@@ -158,25 +158,6 @@ impl Family {
         cruises.then(|| self.member(from.x, -from.f / task.top)).filter(is_later)
     }
 
-    /// The one that takes so long, none if it would have to be sooner, or later, than all.
-    pub(super) fn lasting(&self, time: f64) -> Option<Member> {
-        let late = |y: f64| self.member(y, 0.0).time - time;
-        let (first, last) = if self.above { (self.most(), 0.0) } else { (self.least(), self.most()) };
-        let (first, last) = (Point::of(first, late), Point::of(last, late));
-        if first.f > 0.0 || (self.above && last.f < 0.0) {
-            return None;
-        }
-        if last.f <= 0.0 {
-            return Some(self.member(last.x, -last.f));
-        }
-        Some(self.member(root(first, last, late), 0.0))
-    }
-
-    /// How far one leads that rests at full speed.
-    pub(super) fn way(&self, member: &Member, top: f64) -> f64 {
-        self.point(-member.rest * top, member.y).f
-    }
-
     /// The parameter between two that leads just there.
     fn between(&self, way: f64, from: Point, to: Point) -> f64 {
         let beyond = |y: f64| self.beyond(way, y);
@@ -222,12 +203,16 @@ impl Family {
 
     /// The phases of one, in the order of the motion.
     pub(super) fn phases(&self, member: &Member) -> [Stretch; 7] {
-        let [up, down] = self.legs(member.y);
+        self.joined(self.legs(member.y), member.rest)
+    }
+
+    /// Two legs with a rest at the peak.
+    pub(super) fn joined(&self, [up, down]: [Leg; 2], rest: f64) -> [Stretch; 7] {
         let [a, b, (rise, _)] = up.stretches();
         let [g, f, (fall, _)] = down.stretches();
         // Where it does not fall through zero there is no peak to rest at: one fall.
         let (rise, fall) = if rise < 0.0 || self.above { (0.0, rise + fall) } else { (rise, fall) };
-        let mut phases = [a, b, (rise, -1.0), (member.rest, 0.0), (fall.max(0.0), -1.0), f, g];
+        let mut phases = [a, b, (rise, -1.0), (rest, 0.0), (fall.max(0.0), -1.0), f, g];
         if self.backwards {
             phases.reverse();
         }
@@ -235,7 +220,7 @@ impl Family {
     }
 }
 
-fn squared(number: f64) -> f64 {
+pub(super) fn squared(number: f64) -> f64 {
     number * number
 }
 

@@ -12,13 +12,20 @@ pub(super) struct Leg {
     from: Motion,
     /// The speed it leads to.
     speed: f64,
+    /// How long the acceleration goes to its height, and with which jerk.
+    rise: Stretch,
     pub(super) height: f64,
     pub(super) pause: f64,
 }
 
 impl Leg {
     pub(super) fn new(from: Motion, speed: f64, (height, pause): (f64, f64)) -> Self {
-        Self { from, speed, height, pause }
+        Self { from, speed, rise: ((height - from.a).max(0.0), 1.0), height, pause }
+    }
+
+    /// The acceleration falls to a height.
+    pub(super) fn falling(from: Motion, speed: f64, (height, pause): (f64, f64)) -> Self {
+        Self { from, speed, rise: ((from.a - height).max(0.0), -1.0), height, pause }
     }
 
     /// To a speed at which the motion settles, or a higher one, as fast as can be.
@@ -27,21 +34,15 @@ impl Leg {
         Self::new(from, speed, cut((speed - from.settled()).max(0.0) + before * before))
     }
 
-    /// How long the acceleration rises to its height.
-    pub(super) fn rise(&self) -> f64 {
-        (self.height - self.from.a).max(0.0)
-    }
-
     pub(super) fn time(&self) -> f64 {
-        self.rise() + self.pause + self.height
+        self.rise.0 + self.pause + self.height
     }
 
     /// How far it leads.
     pub(super) fn way(&self) -> f64 {
-        let Self { from, speed, height, pause } = *self;
-        let rise = self.rise();
-        let up = rise * (from.v + rise * (0.5 * from.a + SIXTH * rise));
-        let risen = from.v + rise * (from.a + 0.5 * rise);
+        let Self { from, speed, rise: (rise, jerk), height, pause } = *self;
+        let up = rise * (from.v + rise * (0.5 * from.a + SIXTH * jerk * rise));
+        let risen = from.v + rise * (from.a + 0.5 * jerk * rise);
         let on = pause * (risen + 0.5 * height * pause);
         // Backwards from its end.
         let back = height * (speed - SIXTH * height * height);
@@ -49,7 +50,7 @@ impl Leg {
     }
 
     pub(super) fn stretches(&self) -> [Stretch; 3] {
-        [(self.rise(), 1.0), (self.pause, 0.0), (self.height, -1.0)]
+        [self.rise, (self.pause, 0.0), (self.height, -1.0)]
     }
 }
 

@@ -15,6 +15,7 @@
 
 mod cruise;
 mod family;
+mod gentle;
 mod leg;
 mod motion;
 mod task;

@@ -1,6 +1,7 @@
 //! What is to be planned, in units in which jerk and full acceleration are 1.
 
 use super::family::{Family, Member};
+use super::gentle::Gentle;
 use super::motion::{Motion, Stretch, mirrored, time, way_of_all};
 use super::{Infeasible, Limits, Phase, State, Transfer};
 
@@ -123,14 +124,14 @@ impl Task {
         })
     }
 
-    /// What leads farthest in a time, and what leads least far: how far beyond the way, and the phases.
-    pub(super) fn extremes(&self, time: f64) -> Option<[(f64, [Stretch; 7]); 2]> {
+    /// What leads farthest in a time with a part of full acceleration, and what leads least far: how far beyond the way, and
+    /// the phases.
+    pub(super) fn extremes(&self, time: f64, part: f64) -> Option<[(f64, [Stretch; 7]); 2]> {
         let image = self.mirrored();
         let farthest = |task: &Self| {
-            Family::of(task).all().find_map(|family| {
-                let member = family.lasting(time)?;
-                Some((family.way(&member, task.top) - task.way, family.phases(&member)))
-            })
+            let families = Family::of(task).all().filter_map(|family| Gentle::of(family, part));
+            let lasting = |family: Gentle| family.lasting(time, task.top);
+            { families }.find_map(lasting).map(|(far, phases)| (far - task.way, phases))
         };
         let (here, there) = (farthest(self)?, farthest(&image)?);
         Some([here, (-there.0, mirrored(there.1))])
