@@ -86,7 +86,11 @@ pub(super) fn root_by_slope(from: Point, to: Point, f: impl Fn(f64) -> Slope) ->
     let mut last = (far - near).abs();
     for _ in 0..STEPS {
         let Slope { f, slope } = f(x);
-        if (f > 0.0) == (from.f > 0.0) { near = x } else { far = x }
+        if (f > 0.0) == (from.f > 0.0) {
+            near = x
+        } else {
+            far = x
+        }
         let newton = x - f / slope;
         let step = (newton - x).abs();
         if f.abs() <= little || near == far {

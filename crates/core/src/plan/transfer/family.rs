@@ -2,9 +2,9 @@
 
 use super::super::root::{Point, Slope, root_by_slope};
 use super::leg::{Leg, cut};
-use super::turns::Turns;
 use super::motion::{Motion, Stretch};
 use super::task::Task;
+use super::turns::Turns;
 
 /// All profiles of phases +, 0, −, 0, −, 0, + from the start to the speed and acceleration of the end.
 ///

@@ -103,6 +103,9 @@ impl Transfer {
     pub fn fastest(from: State, to: State, limits: &Limits) -> Result<Self, Infeasible> {
         let scale = Scale::of(limits)?;
         let task = scale.task(from, to, limits)?;
+        if from == to {
+            return Ok(Self::standing(from));
+        }
         if from.is_at_rest() && to.is_at_rest() {
             return Self { from, to, phases: from_rest_to_rest(to.position - from.position, limits) }.told();
         }

@@ -48,7 +48,8 @@ impl Turns {
         // None cut off, one, both.
         let [none, one] = [1.0 - much, 1.0 - little];
         let within = |low: f64, high: f64| move |z: &f64| *z >= low.max(0.0) && *z <= high;
-        let [x0, x1] = roots(3.0, 4.0 * s - 0.5 * (a + c), 4.0 * s * s - a * c).map(|z| z.filter(within(0.0, none)));
+        let [x0, x1] =
+            roots(3.0, 4.0 * s - 0.5 * (a + c), 4.0 * s * s - a * c).map(|z| z.filter(within(0.0, none)));
         let [y0, y1] = roots(4.0, 4.0 * s - 0.5, 4.0 * s * s - little).map(|z| z.filter(within(none, one)));
         let [z0, z1] = [-0.5 - s, 0.5 - s].map(|z| Some(z).filter(within(one, f64::INFINITY)));
         [x0, x1, y0, y1, z0, z1]
