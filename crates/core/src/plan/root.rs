@@ -81,15 +81,15 @@ pub(super) fn root_by_slope(from: Point, to: Point, f: impl Fn(f64) -> Slope) ->
     }
     let little = ROUNDED * from.f.abs().min(to.f.abs());
     let (mut near, mut far) = (from.x, to.x);
-    // On the chord.
-    let mut x = near + (far - near) * (from.f / (from.f - to.f));
+    let chord = near + (far - near) * (from.f / (from.f - to.f));
+    let mut x = if chord.is_finite() { chord } else { near + 0.5 * (far - near) };
     let mut last = (far - near).abs();
     for _ in 0..STEPS {
         let Slope { f, slope } = f(x);
         if (f > 0.0) == (from.f > 0.0) {
-            near = x
+            near = x;
         } else {
-            far = x
+            far = x;
         }
         let newton = x - f / slope;
         let step = (newton - x).abs();

@@ -226,3 +226,6 @@ pub(super) fn squared(number: f64) -> f64 {
 
 /// What sums of a few phases may have rounded, part of the way at full speed.
 const ROUNDED: f64 = 1e-14;
+
+#[cfg(test)]
+mod tests;

@@ -7,11 +7,11 @@
 //! their end does.
 //!
 //! All profiles +, −, + between two speeds and accelerations belong to one of two families with one parameter each
-//! ([`Family`]). How far they lead is a smooth function of the parameter, which turns twice at most: between the turns it
+//! ([`Family`](family::Family)). How far they lead is a smooth function of the parameter, which turns twice at most: between the turns it
 //! is searched for what leads to the end, and of all that do, here and in the image, the soonest is the plan. No quartic is
 //! solved, and no tolerance has a unit. Inside, jerk and full acceleration are 1.
 //!
-//! Where another axis takes longer, [`Transfer::lasting`] goes at a lower speed, for just as long.
+//! Where another axis takes longer, [`Transfer::lasting`] goes at a lower speed, or with less acceleration, for just as long.
 
 mod cruise;
 mod family;

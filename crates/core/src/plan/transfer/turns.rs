@@ -1,7 +1,8 @@
 //! Where the ways of a family turn.
 
-/// The family has its turns where its ways grow no more: at twice the speed of the peak as the negative product of both
-/// highest accelerations. Between the limits where these are cut off that is a quadratic in y².
+/// The slope of the ways is zero where twice the speed of the peak is the negative product of both highest accelerations:
+/// h₁ h₂, of which one has another sign where the acceleration does not fall through zero. Between the parameters where
+/// one or both are cut off that is a quadratic in y².
 ///
 /// Going backwards for longer leads less far, and what starts by slowing down has first to speed up again: there is at most
 /// one longest way and then one shortest.
