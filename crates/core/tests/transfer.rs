@@ -171,24 +171,71 @@ fn states_on_the_edge_of_the_limits_have_plans() {
 #[test]
 fn a_motion_can_be_made_to_last() {
     let mut random = Pcg64Mcg::seed_from_u64(3);
-    let (mut as_long, mut longer, mut slowest) = (0, 0, 1.0_f64);
+    let mut other = Other::<1>::new();
+    let (mut longer, mut compared) = (0, 0);
     for _ in 0..100_000 {
-        let case = Case::random(&mut random, 1.0, Ends::Any);
+        // Metres and seconds, with which the other planner does not fail.
+        let case = Case::random(&mut random, 1.0, Ends::Any).in_units(1e-12, 1e-4);
         let fastest = planned(&case);
-        let wanted = fastest.ticks() * random.random_range(1.0..4.0);
+        let wanted = fastest.ticks() * random.random_range(1.0..1.5);
         let lasting = fastest.lasting(&case.limits, wanted).expect("it is possible");
         assert_is_right(&lasting, &case);
         let ticks = lasting.ticks();
         assert!(ticks >= wanted * (1.0 - ROUNDED), "{ticks} {wanted}");
         if ticks <= wanted * (1.0 + ROUNDED) {
-            as_long += 1;
-        } else {
-            longer += 1;
-            slowest = slowest.max(ticks / wanted);
+            continue;
+        }
+        longer += 1;
+        other.set(&[case]);
+        other.last(wanted);
+        let Some(theirs) = other.plan() else { continue };
+        compared += 1;
+        assert!((ticks / theirs - 1.0).abs() < 1e-6, "{ticks} {theirs} {wanted} {case:?}");
+    }
+    assert!(longer > 100 && compared * 10 > longer * 9, "{longer} {compared}");
+}
+
+/// Whatever moves within the limits tells a time that can be met.
+#[test]
+fn every_time_that_some_motion_takes_is_met() {
+    let mut random = Pcg64Mcg::seed_from_u64(6);
+    let mut met = 0;
+    while met < 100_000 {
+        // From zero on: some of the motions are so short that places far from it would be rounded by more.
+        let mut start = Case::random(&mut random, 1.0, Ends::FromMotion);
+        start.from.position = 0.0;
+        let (to, ticks) = wandered(&mut random, &start);
+        let case = Case { to, ..start };
+        if ticks == 0.0 {
+            assert_eq!(planned(&case).ticks(), 0.0, "{case:?}");
+            continue;
+        }
+        let Ok(fastest) = Transfer::fastest(case.from, case.to, &case.limits) else { continue };
+        assert!(fastest.ticks() <= ticks * (1.0 + ROUNDED), "{} {ticks} {case:?}", fastest.ticks());
+        let lasting = fastest.lasting(&case.limits, ticks).expect("it is possible");
+        assert_is_right(&lasting, &case);
+        assert!((lasting.ticks() / ticks - 1.0).abs() <= 1e-6, "{} {ticks} {case:?}", lasting.ticks());
+        met += 1;
+    }
+}
+
+/// Where a few phases of any jerk lead, as far as they stay within the limits, and how long they take.
+fn wandered(random: &mut Pcg64Mcg, Case { from, limits, .. }: &Case) -> (State, f64) {
+    let (mut state, mut ticks) = (*from, 0.0);
+    let unit = (limits.acceleration / limits.jerk).min((limits.speed / limits.jerk).sqrt());
+    for _ in 0..random.random_range(2..8) {
+        let (time, jerk) =
+            (unit * random.random_range(0.0..1.0), limits.jerk * random.random_range(-1.0..=1.0));
+        let after = state.after(time, jerk);
+        let turn = (-state.acceleration / jerk).clamp(0.0, time);
+        let speeds = [state.after(turn, jerk).speed, after.speed];
+        let is_within = after.acceleration.abs() <= limits.acceleration
+            && speeds.iter().all(|speed| speed.abs() <= limits.speed);
+        if is_within {
+            (state, ticks) = (after, ticks + time);
         }
     }
-    println!("{as_long} as long as wanted, {longer} longer, up to {slowest} times");
-    assert!(as_long > 100 * longer, "{as_long} {longer}");
+    (state, ticks)
 }
 
 /// A picometre in a quarter of an hour: what three phases leave of an acceleration must not move it on.
@@ -251,6 +298,25 @@ fn two_axes_arrive_together() {
     // From speed to speed the slower axis may have to wait for the faster.
     let late = late(Ends::Any);
     assert!(late < 150, "{late}");
+}
+
+#[test]
+fn two_axes_from_speed_to_speed_are_there_as_soon_as_with_another_planner() {
+    let mut random = Pcg64Mcg::seed_from_u64(7);
+    let mut other = Other::<2>::new();
+    let (mut compared, mut worst) = (0, [1.0_f64; 2]);
+    for _ in 0..100_000 {
+        let cases = [(); 2].map(|()| Case::random(&mut random, 1.0, Ends::Any).in_units(1e-12, 1e-4));
+        let (from, to) = (cases.map(|case| case.from), cases.map(|case| case.to));
+        let [one, two] = together(&from, &to, &cases.map(|case| case.limits)).expect("it is possible");
+        let seconds = one.ticks().max(two.ticks());
+        other.set(&cases);
+        let Some(theirs) = other.plan() else { continue };
+        compared += 1;
+        worst = [worst[0].min(seconds / theirs), worst[1].max(seconds / theirs)];
+    }
+    let as_soon = worst[0] > 1.0 - 1e-6 && worst[1] < 1.0 + 1e-6;
+    assert!(compared > 95_000 && as_soon, "{compared} {worst:?}");
 }
 
 /// In how many of 50 000 cases two axes take longer than the slower one needs.

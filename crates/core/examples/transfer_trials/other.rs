@@ -21,6 +21,7 @@ impl<const N: usize> Other<N> {
 
     pub(crate) fn set(&mut self, cases: &[Case; N]) {
         let input = &mut self.input;
+        input.minimum_duration = None;
         for (axis, Case { from, to, limits }) in cases.iter().enumerate() {
             (input.current_position[axis], input.target_position[axis]) = (from.position, to.position);
             (input.current_velocity[axis], input.target_velocity[axis]) = (from.speed, to.speed);
@@ -30,6 +31,11 @@ impl<const N: usize> Other<N> {
             input.max_acceleration[axis] = limits.acceleration;
             input.max_jerk[axis] = limits.jerk;
         }
+    }
+
+    /// What was set is to take so long, or longer.
+    pub(crate) fn last(&mut self, seconds: f64) {
+        self.input.minimum_duration = Some(seconds);
     }
 
     /// Plans what was set; how long it takes, or none where it finds nothing.

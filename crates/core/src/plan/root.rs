@@ -66,3 +66,53 @@ fn step(near: Point, far: Point, third: Point) -> f64 {
         0.5
     }
 }
+
+/// A function and its slope somewhere.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Slope {
+    pub(super) f: f64,
+    pub(super) slope: f64,
+}
+
+/// A step of Newton so small, part of the argument, is the last: the next would be as small as its square.
+const LAST_STEP: f64 = 1e-9;
+
+/// The same as [`root`] of a function whose slope is known: Newton's steps where they stay between and soon get smaller,
+/// bisection elsewhere.
+pub(super) fn root_by_slope(from: Point, to: Point, f: impl Fn(f64) -> Slope) -> f64 {
+    if from.f == 0.0 {
+        return from.x;
+    }
+    if (from.f > 0.0) == (to.f > 0.0) || to.f == 0.0 {
+        return to.x;
+    }
+    let little = ROUNDED * from.f.abs().min(to.f.abs());
+    let (mut near, mut far) = (from.x, to.x);
+    let chord = near + (far - near) * (from.f / (from.f - to.f));
+    let mut x = if chord.is_finite() { chord } else { near + 0.5 * (far - near) };
+    let mut last = (far - near).abs();
+    for _ in 0..STEPS {
+        let Slope { f, slope } = f(x);
+        if (f > 0.0) == (from.f > 0.0) {
+            near = x;
+        } else {
+            far = x;
+        }
+        let newton = x - f / slope;
+        let step = (newton - x).abs();
+        if f.abs() <= little || near == far {
+            return x;
+        }
+        let between = newton > near.min(far) && newton < near.max(far);
+        if step <= LAST_STEP * x.abs() {
+            return if between { newton } else { x };
+        }
+        let next = if between && step <= 0.5 * last { newton } else { near + 0.5 * (far - near) };
+        last = (next - x).abs();
+        if next == x {
+            return x;
+        }
+        x = next;
+    }
+    x
+}

@@ -1,7 +1,10 @@
 //! The profiles +, −, + between two speeds and accelerations: one parameter, and what comes of it.
 
-use super::super::root::{Point, root};
-use super::{Motion, Stretch, Task, time, way};
+use super::super::root::{Point, Slope, root_by_slope};
+use super::leg::{Leg, cut};
+use super::motion::{Motion, Stretch};
+use super::task::Task;
+use super::turns::Turns;
 
 /// All profiles of phases +, 0, −, 0, −, 0, + from the start to the speed and acceleration of the end.
 ///
@@ -19,41 +22,61 @@ use super::{Motion, Stretch, Task, time, way};
 /// the peaks and makes pauses of them that bring the same speed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Family {
-    from: Motion,
+    pub(super) from: Motion,
     /// The end, as the start of the way back.
-    to: Motion,
-    /// The acceleration of the end.
-    a_end: f64,
+    pub(super) to: Motion,
+    /// Where the start settles.
+    pub(super) settled: f64,
+    /// a₀² if the start accelerates.
+    pub(super) before: f64,
     /// C.
-    apart: f64,
+    pub(super) apart: f64,
     /// From the speed at which the start settles up to full speed.
     room: f64,
     /// Start and end have changed places.
     backwards: bool,
     /// The acceleration stays above zero.
-    above: bool,
+    pub(super) above: bool,
+}
+
+/// One of a family.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Member {
+    y: f64,
+    /// At the peak.
+    rest: f64,
+    pub(super) time: f64,
 }
 
 impl Family {
     pub(super) fn of(task: &Task) -> Self {
         let (forth, back) = (task.start, task.end.reversed());
-        let backwards = back.settled() > forth.settled();
-        let (start, end) = if backwards { (back, forth) } else { (forth, back) };
+        let (settles_forth, settles_back) = (forth.settled(), back.settled());
+        let backwards = settles_back > settles_forth;
+        let (from, to) = if backwards { (back, forth) } else { (forth, back) };
+        let (settled, other) =
+            if backwards { (settles_back, settles_forth) } else { (settles_forth, settles_back) };
         Self {
-            from: start,
-            to: end,
-            a_end: -end.a,
-            apart: (start.settled() - end.settled()).max(0.0) + squared(end.a.max(0.0)),
-            room: (task.top - start.settled()).max(0.0),
+            from,
+            to,
+            settled,
+            before: squared(from.a.max(0.0)),
+            apart: (settled - other).max(0.0) + squared(to.a.max(0.0)),
+            room: (task.top - settled).max(0.0),
             backwards,
             above: false,
         }
     }
 
+    /// Itself, and those that stay above zero.
+    pub(super) fn all(self) -> impl Iterator<Item = Self> {
+        [Some(self), self.above()].into_iter().flatten()
+    }
+
     /// Those that stay above zero.
-    pub(super) fn above(self) -> Option<Self> {
+    fn above(self) -> Option<Self> {
         let there_are =
-            self.from.a > 0.0 && self.a_end > 0.0 && self.apart < squared(self.from.a.min(self.a_end));
+            self.from.a > 0.0 && self.to.a < 0.0 && self.apart < squared(self.from.a.min(-self.to.a));
         there_are.then_some(Self { above: true, ..self })
     }
 
@@ -63,149 +86,133 @@ impl Family {
     }
 
     /// The parameter of those that reach full speed, or the acceleration of the end before they fall below it.
-    fn most(&self) -> f64 {
-        libm::sqrt(if self.above { squared(self.a_end) - self.apart } else { self.room })
+    pub(super) fn most(&self) -> f64 {
+        libm::sqrt(if self.above { squared(self.to.a) - self.apart } else { self.room })
     }
 
-    /// With a rest at the peak.
-    fn phases(&self, y: f64, rest: f64) -> [Stretch; 7] {
-        let (up, up_pause) = self.rise(y);
-        let (down, down_pause) = self.fall(y);
-        // Where it does not fall through zero there is no peak to rest at: one fall.
-        let (fall, on) = if up < 0.0 || self.above { (0.0, up + down) } else { (up, down) };
-        [
-            ((up - self.from.a).max(0.0), 1.0),
-            (up_pause, 0.0),
-            (fall, -1.0),
-            (rest, 0.0),
-            (on.max(0.0), -1.0),
-            (down_pause, 0.0),
-            ((self.a_end + down).max(0.0), 1.0),
-        ]
+    /// From both ends to the peak.
+    fn legs(&self, y: f64) -> [Leg; 2] {
+        let square = y * y;
+        let peak = self.settled + square;
+        let up = if y < 0.0 { (y, 0.0) } else { cut(square + self.before) };
+        let down = square + self.apart;
+        let down = if self.above { (-libm::sqrt(down), 0.0) } else { cut(down) };
+        [Leg::new(self.from, peak, up), Leg::new(self.to, peak, down)]
     }
 
-    /// The highest acceleration, and the pause at it.
-    fn rise(&self, y: f64) -> (f64, f64) {
-        if y < 0.0 { (y, 0.0) } else { cut(y * y + squared(self.from.a.max(0.0))) }
+    /// How far beyond a way the one with a parameter leads, and how much farther one with a larger parameter.
+    fn beyond(&self, way: f64, y: f64) -> Slope {
+        let [up, down] = self.legs(y);
+        // A peak higher by y² is passed later by the sum of both 1/h, and the speed on the way to it grows with h.
+        let heights = up.height + down.height;
+        let peak = self.settled + y * y;
+        let slope = y * heights * (2.0 * peak / (up.height * down.height) + 1.0);
+        Slope { f: up.way() + down.way() - way, slope }
     }
 
-    /// How far below zero the acceleration falls, and the pause there.
-    fn fall(&self, y: f64) -> (f64, f64) {
-        let square = y * y + self.apart;
-        if self.above { (-libm::sqrt(square), 0.0) } else { cut(square) }
+    fn point(&self, way: f64, y: f64) -> Point {
+        let [up, down] = self.legs(y);
+        Point { x: y, f: up.way() + down.way() - way }
     }
 
-    /// How far the one with a parameter goes.
-    fn way(&self, y: f64) -> f64 {
-        // From both ends to the peak: two short sums are done sooner than a long one.
-        let [a, b, c, _, e, f, g] = self.phases(y, 0.0);
-        way(self.from, &[a, b, c]) + way(self.to, &[g, f, e])
+    fn member(&self, y: f64, rest: f64) -> Member {
+        let [up, down] = self.legs(y);
+        Member { y, rest, time: up.time() + rest + down.time() }
     }
 
-    /// The phases of the one that goes the way of a task soonest; none if none goes it.
-    pub(super) fn reaching(&self, task: &Task) -> Option<[Stretch; 7]> {
-        let at = |y: f64| Point { x: y, f: self.way(y) - task.way };
+    /// The straightest.
+    pub(super) fn straightest(&self) -> Member {
+        self.member(self.least(), 0.0)
+    }
+
+    /// The one that goes the way of a task soonest after a time; none if none goes it.
+    pub(super) fn reaching(&self, task: &Task, after: f64) -> Option<Member> {
+        let is_later = |member: &Member| member.time > after;
+        let at = |y: f64| self.point(task.way, y);
         // A larger parameter takes longer; those above zero take less.
         let last = if self.above { 0.0 } else { self.most() };
         let mut from = at(if self.above { self.most() } else { self.least() });
-        // The straightest leads there, but for what was rounded.
-        if !self.above && from.f.abs() <= task.blur + ROUNDED * task.top * time(&self.phases(from.x, 0.0)) {
-            return Some(self.forth(from.x, 0.0));
-        }
-        if from.f > 0.0 && self.surely_grows() {
-            return None;
+        if !self.above {
+            // The straightest leads there, but for what was rounded.
+            let straightest = self.member(from.x, 0.0);
+            let is_there = from.f.abs() <= task.blur + ROUNDED * task.top * straightest.time;
+            if is_there && is_later(&straightest) {
+                return Some(straightest);
+            }
+            if from.f > 0.0 && self.surely_grows() {
+                return None;
+            }
         }
         for turn in self.turns().into_iter().flatten().chain([last]) {
             let to = at(turn);
             if (from.f <= 0.0) == (to.f >= 0.0) {
-                return Some(self.forth(root(from, to, |y| at(y).f), 0.0));
+                let member = self.member(self.between(task.way, from, to), 0.0);
+                if is_later(&member) {
+                    return Some(member);
+                }
             }
             from = to;
         }
         // Full speed, for as long as it takes.
-        (from.f < 0.0 && !self.above).then(|| self.forth(from.x, -from.f / task.top))
+        let cruises = from.f < 0.0 && !self.above;
+        cruises.then(|| self.member(from.x, -from.f / task.top)).filter(is_later)
+    }
+
+    /// The parameter between two that leads just there.
+    fn between(&self, way: f64, from: Point, to: Point) -> f64 {
+        let beyond = |y: f64| self.beyond(way, y);
+        // From here on both accelerations are cut off.
+        let square = 1.0 - self.before.min(self.apart);
+        if self.above || square >= squared(to.x) || to.x <= 0.0 {
+            return root_by_slope(from, to, beyond);
+        }
+        let from = if from.x < 0.0 || squared(from.x) < square {
+            let cut = self.point(way, libm::sqrt(square.max(0.0)));
+            if (from.f <= 0.0) == (cut.f >= 0.0) {
+                return root_by_slope(from, cut, beyond);
+            }
+            cut
+        } else {
+            from
+        };
+        self.between_pauses(from, to)
+    }
+
+    /// The same where both accelerations are cut off: the way grows with v² + v, if v is the speed of the peak.
+    fn between_pauses(&self, from: Point, to: Point) -> f64 {
+        let [low, high] = [from.x, to.x].map(|y| self.settled + y * y);
+        let sum = low * low + low - from.f;
+        let spread = libm::sqrt((1.0 + 4.0 * sum).max(0.0));
+        let peak = if low + high + 1.0 > 0.0 { 2.0 * sum / (1.0 + spread) } else { -0.5 * (1.0 + spread) };
+        libm::sqrt((peak - self.settled).max(0.0)).max(from.x).min(to.x)
     }
 
     /// A larger parameter always leads farther.
     fn surely_grows(&self) -> bool {
-        !self.above && self.from.settled() >= 0.0 && self.from.a >= 0.0
+        !self.above && self.settled >= 0.0 && self.from.a >= 0.0
     }
 
     /// Parameters at which the ways turn from growing to shrinking and back, in the order of the time taken.
-    ///
-    /// Going backwards for longer leads less far, and what starts by slowing down has first to speed up again: there is at
-    /// most one longest way and then one shortest, the longest before the acceleration comes to zero.
     fn turns(&self) -> [Option<f64>; 2] {
-        if self.above {
-            return [self.turn_above(), None];
+        if self.surely_grows() {
+            return [None; 2];
         }
-        let shrinks = if self.surely_grows() { None } else { self.shrinks() };
-        let Some((growing, shrinking)) = shrinks else { return [None; 2] };
-        let slope = |y: f64| self.slope(y);
-        let longest = if growing < shrinking {
-            root(Point::of(growing, slope), Point::of(shrinking, slope), slope)
-        } else {
-            growing
-        };
-        let shortest = root(Point::of(shrinking, slope), Point::of(self.most(), slope), slope);
-        [Some(longest), Some(shortest)]
+        let turns = Turns { settled: self.settled, before: self.before, apart: self.apart };
+        if self.above { turns.above(self.most()) } else { turns.through_zero(self.least(), self.most()) }
     }
 
-    /// The same of those above zero, which have one turn at most.
-    fn turn_above(&self) -> Option<f64> {
-        let slope = |y: f64| self.slope(y);
-        // At its very beginning the slope is zero: all of it comes with y².
-        let first = Point::of(self.most() / 1024.0, slope);
-        let last = Point::of(self.most(), slope);
-        (first.f * last.f < 0.0).then(|| root(first, last, slope))
+    /// The phases of one, in the order of the motion.
+    pub(super) fn phases(&self, member: &Member) -> [Stretch; 7] {
+        self.joined(self.legs(member.y), member.rest)
     }
 
-    /// Where the ways still grow, and where they shrink.
-    fn shrinks(&self) -> Option<(f64, f64)> {
-        let least = self.least();
-        let mut growing = least;
-        for part in PARTS {
-            let y = least * part;
-            if self.slope(y) < 0.0 {
-                return Some((growing, y));
-            }
-            growing = y;
-        }
-        None
-    }
-
-    /// By how much farther it goes for a larger parameter.
-    ///
-    /// A phase that lasts longer moves all that comes after by its last speed, and changes speed and acceleration.
-    fn slope(&self, y: f64) -> f64 {
-        let phases = self.phases(y, 0.0);
-        let mut left = time(&phases);
-        let mut motion = self.from;
-        let mut slope = 0.0;
-        for ((time, jerk), longer) in phases.into_iter().zip(self.longer(y)) {
-            motion = motion.after(time, jerk);
-            left -= time;
-            slope += longer * motion.after(left, jerk).v;
-        }
-        slope
-    }
-
-    /// By how much longer each phase lasts for a larger parameter.
-    fn longer(&self, y: f64) -> [f64; 7] {
-        let (mut down, down_pause) = cut_slope(y, y * y + self.apart);
-        if self.above {
-            down = -down;
-        }
-        if y < 0.0 {
-            return [1.0, 0.0, 0.0, 0.0, 1.0 + down, down_pause, down];
-        }
-        let (up, up_pause) = cut_slope(y, y * y + squared(self.from.a.max(0.0)));
-        [up, up_pause, up, 0.0, down, down_pause, down]
-    }
-
-    /// The phases in the order of the motion.
-    pub(super) fn forth(&self, y: f64, rest: f64) -> [Stretch; 7] {
-        let mut phases = self.phases(y, rest);
+    /// Two legs with a rest at the peak.
+    pub(super) fn joined(&self, [up, down]: [Leg; 2], rest: f64) -> [Stretch; 7] {
+        let [a, b, (rise, _)] = up.stretches();
+        let [g, f, (fall, _)] = down.stretches();
+        // Where it does not fall through zero there is no peak to rest at: one fall.
+        let (rise, fall) = if rise < 0.0 || self.above { (0.0, rise + fall) } else { (rise, fall) };
+        let mut phases = [a, b, (rise, -1.0), (rest, 0.0), (fall.max(0.0), -1.0), f, g];
         if self.backwards {
             phases.reverse();
         }
@@ -213,26 +220,12 @@ impl Family {
     }
 }
 
-fn squared(number: f64) -> f64 {
+pub(super) fn squared(number: f64) -> f64 {
     number * number
-}
-
-/// A peak of an acceleration whose square is given, cut off at full acceleration: its height and its pause.
-pub(super) fn cut(square: f64) -> (f64, f64) {
-    if square <= 1.0 { (libm::sqrt(square), 0.0) } else { (1.0, square - 1.0) }
-}
-
-/// By how much height and pause of [`cut`] grow with y, of a square y² + c.
-fn cut_slope(y: f64, square: f64) -> (f64, f64) {
-    if square > 1.0 {
-        return (0.0, 2.0 * y);
-    }
-    (if square > 0.0 { y / libm::sqrt(square) } else { 1.0 }, 0.0)
 }
 
 /// What sums of a few phases may have rounded, part of the way at full speed.
 const ROUNDED: f64 = 1e-14;
 
-/// Where the slope is looked at, parts of the parameter of the first. If the ways shrink between two of these alone, the
-/// first that goes a way is hardly sooner than the next.
-const PARTS: [f64; 6] = [1.0, 0.8, 0.6, 0.4, 0.2, 0.0];
+#[cfg(test)]
+mod tests;

@@ -7,24 +7,28 @@
 //! their end does.
 //!
 //! All profiles +, −, + between two speeds and accelerations belong to one of two families with one parameter each
-//! ([`Family`]). How far they lead is a smooth function of the parameter, which turns twice at most: between the turns it
+//! ([`Family`](family::Family)). How far they lead is a smooth function of the parameter, which turns twice at most: between the turns it
 //! is searched for what leads to the end, and of all that do, here and in the image, the soonest is the plan. No quartic is
 //! solved, and no tolerance has a unit. Inside, jerk and full acceleration are 1.
 //!
-//! Where another axis takes longer, [`Transfer::lasting`] goes at a lower speed, for just as long.
+//! Where another axis takes longer, [`Transfer::lasting`] goes at a lower speed, or with less acceleration, for just as long.
 
 mod cruise;
 mod family;
+mod gentle;
+mod leg;
 mod motion;
+mod task;
+mod timed;
 mod together;
+mod turns;
 
 pub use together::together;
 
 use super::profile::{Limits, durations};
-use super::root::{Point, root};
 use cruise::Cruise;
-use family::Family;
-use motion::{Motion, Stretch, mirrored, time, way, way_of_all};
+use motion::way;
+use task::Scale;
 
 /// A state of motion along one line: picometres and ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -86,8 +90,6 @@ pub struct Transfer {
 const SLACK: f64 = 1e-11;
 /// A motion is late if it takes longer by such a part: more than rounding.
 const LATE: f64 = 1e-9;
-/// The sums of its phases may miss the end by so much of the way: what rounding leaves.
-const MISSES: f64 = 1e-10;
 /// The phase of constant speed. What the ones before it leave of an acceleration is rounded, and would grow with the square
 /// of its time.
 const CRUISE: usize = 3;
@@ -101,6 +103,9 @@ impl Transfer {
     pub fn fastest(from: State, to: State, limits: &Limits) -> Result<Self, Infeasible> {
         let scale = Scale::of(limits)?;
         let task = scale.task(from, to, limits)?;
+        if from == to {
+            return Ok(Self::standing(from));
+        }
         if from.is_at_rest() && to.is_at_rest() {
             return Self { from, to, phases: from_rest_to_rest(to.position - from.position, limits) }.told();
         }
@@ -187,8 +192,8 @@ impl Transfer {
         }
     }
 
-    /// Of the fastest motion: one between the same states that takes just so long, or else the shortest that this finds which
-    /// takes longer. From speed to speed some times cannot be met: the motion is over sooner, or not before later.
+    /// Of the fastest motion: one between the same states that takes just so long. From speed to speed some times cannot be
+    /// met, and then it is the shortest that takes longer.
     ///
     /// # Errors
     /// As of [`Transfer::fastest`], or the time is not a number.
@@ -203,7 +208,9 @@ impl Transfer {
         if slower.ticks() <= ticks * (1.0 + SLACK) {
             return Ok(slower);
         }
-        Ok(self.with_less(limits, ticks).unwrap_or(slower))
+        let others = [self.with_less(limits, ticks), self.soonest_after(limits, ticks)];
+        let sooner = others.into_iter().flatten().find(|other| other.ticks() < slower.ticks());
+        Ok(sooner.unwrap_or(slower))
     }
 
     /// The same; but if that would take longer and comes to rest, the fastest, which is there sooner and can wait.
@@ -225,20 +232,6 @@ impl Transfer {
             [rise, pause, fall].iter().fold(self.from, |state, phase| state.after(phase.ticks, phase.jerk));
         let stretches = Cruise::of(&task).lasting(ticks / scale.time, peak.speed / scale.speed);
         scale.motion(self.from, self.to, &task, stretches)
-    }
-
-    /// The fastest within a part of the limits for jerk, or of those for acceleration.
-    fn with_less(&self, limits: &Limits, ticks: f64) -> Option<Self> {
-        let less_jerk = |part: f64| Limits { jerk: part * limits.jerk, ..*limits };
-        let less_acceleration = |part: f64| Limits { acceleration: part * limits.acceleration, ..*limits };
-        self.with_part(ticks, less_jerk).or_else(|| self.with_part(ticks, less_acceleration))
-    }
-
-    fn with_part(&self, ticks: f64, part: impl Fn(f64) -> Limits) -> Option<Self> {
-        let planned = |x: f64| Self::fastest(self.from, self.to, &part(x));
-        let late = |x: f64| planned(x).map_or(f64::INFINITY, |motion| motion.ticks() - ticks);
-        let at = root(Point { x: 0.0, f: f64::INFINITY }, Point::of(1.0, late), late);
-        planned(at).ok().filter(|motion| (motion.ticks() - ticks).abs() <= ticks * SLACK)
     }
 
     /// How long it takes, ticks.
@@ -316,118 +309,5 @@ impl State {
             speed: speed + ticks * (acceleration + ticks / 2.0 * jerk),
             acceleration: acceleration + ticks * jerk,
         }
-    }
-}
-
-/// Units in which jerk and full acceleration are 1.
-struct Scale {
-    time: f64,
-    jerk: f64,
-    acceleration: f64,
-    speed: f64,
-    length: f64,
-}
-
-impl Scale {
-    fn of(limits: &Limits) -> Result<Self, Infeasible> {
-        let Limits { speed, acceleration, jerk } = *limits;
-        if !limits.are_numbers() {
-            return Err(Infeasible::NoNumber);
-        }
-        let time = acceleration / jerk;
-        let scale =
-            Self { time, jerk, acceleration, speed: acceleration * time, length: acceleration * time * time };
-        let told =
-            [scale.time, scale.speed, scale.length, speed / scale.speed].iter().all(|unit| unit.is_normal());
-        if told { Ok(scale) } else { Err(Infeasible::NoNumber) }
-    }
-
-    /// The motion of these stretches, if they lead where they should.
-    fn motion(
-        &self,
-        from: State,
-        to: State,
-        task: &Task,
-        stretches: [Stretch; 7],
-    ) -> Result<Transfer, Infeasible> {
-        let misses = (way_of_all(task.start, &stretches) - task.way).abs();
-        let whole = task.way.abs() + task.top * time(&stretches);
-        if misses <= MISSES * whole + task.blur {
-            Transfer { from, to, phases: self.phases(stretches) }.told()
-        } else {
-            Err(Infeasible::NoNumber)
-        }
-    }
-
-    fn task(&self, from: State, to: State, limits: &Limits) -> Result<Task, Infeasible> {
-        let task = Task {
-            start: self.of_state(from)?,
-            end: self.of_state(to)?,
-            way: (to.position - from.position) / self.length,
-            blur: 2.0 * f64::EPSILON * from.position.abs().max(to.position.abs()) / self.length,
-            top: limits.speed / self.speed,
-        };
-        if !task.way.is_finite() {
-            return Err(Infeasible::NoNumber);
-        }
-        task.is_possible()?;
-        Ok(task)
-    }
-
-    fn phases(&self, stretches: [Stretch; 7]) -> [Phase; 7] {
-        stretches.map(|(time, jerk)| Phase { ticks: time * self.time, jerk: jerk * self.jerk })
-    }
-
-    fn of_state(&self, state: State) -> Result<Motion, Infeasible> {
-        let motion = Motion { v: state.speed / self.speed, a: state.acceleration / self.acceleration };
-        let numbers = [state.position, motion.v, motion.a];
-        if numbers.iter().all(|number| number.is_finite()) { Ok(motion) } else { Err(Infeasible::NoNumber) }
-    }
-}
-
-/// What is to be planned.
-#[derive(Clone, Copy, Debug)]
-struct Task {
-    start: Motion,
-    end: Motion,
-    way: f64,
-    /// What the places it lies between may have been rounded by.
-    blur: f64,
-    /// Full speed.
-    top: f64,
-}
-
-impl Task {
-    fn is_possible(&self) -> Result<(), Infeasible> {
-        if !self.start.is_within(self.top) {
-            return Err(Infeasible::Start);
-        }
-        if !self.end.reversed().is_within(self.top) {
-            return Err(Infeasible::End);
-        }
-        Ok(())
-    }
-
-    /// The seven phases: of all that lead there, those that take the least time.
-    fn fastest(&self) -> [Stretch; 7] {
-        let image = self.mirrored();
-        let image_family = Family::of(&image);
-        let family = Family::of(self);
-        let here = [family.reaching(self), family.above().and_then(|family| family.reaching(self))];
-        let there =
-            [image_family.reaching(&image), image_family.above().and_then(|family| family.reaching(&image))];
-        // One of both families leads there; rounding alone may say that neither does, and then its first is meant.
-        let mut best = family.forth(family.least(), 0.0);
-        let mut least = f64::INFINITY;
-        for phases in here.into_iter().chain(there.map(|phases| phases.map(mirrored))).flatten() {
-            if time(&phases) < least {
-                (best, least) = (phases, time(&phases));
-            }
-        }
-        best
-    }
-
-    fn mirrored(&self) -> Self {
-        Self { start: self.start.mirrored(), end: self.end.mirrored(), way: -self.way, ..*self }
     }
 }

@@ -26,8 +26,8 @@ pub fn together<const N: usize>(
         *motion = Transfer::fastest(*from, *to, limits).map_err(|why| (axis, why))?;
         longest = longest.max(motion.ticks());
     }
-    // Every round that does not end makes one of them the slowest.
-    for _ in 0..N {
+    // Every round that does not end brings one of them beyond times that it cannot meet.
+    for _ in 0..ROUNDS.saturating_mul(N) {
         let before = longest;
         for (axis, (motion, limits)) in motions.iter_mut().zip(limits).enumerate() {
             if motion.ticks() < longest * EVEN {
@@ -41,6 +41,9 @@ pub fn together<const N: usize>(
     }
     Ok(motions)
 }
+
+/// Most gaps in the times that an axis can meet, and one.
+const ROUNDS: usize = 4;
 
 /// As long as another but for rounding.
 const EVEN: f64 = 1.0 - 1e-12;
