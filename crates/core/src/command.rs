@@ -18,7 +18,8 @@ pub enum Command<const N: usize> {
     Disable,
     /// Finds the zero of every axis.
     Home,
-    /// Goes to a position: from rest along a line; while it moves, from there as soon as the limits allow.
+    /// Goes to a position: from rest along a line; while it moves, from there as soon as the limits allow, if its
+    /// [planner](crate::Controller::with_planner) can.
     MoveTo(#[cfg_attr(feature = "serde", serde(with = "crate::arrays"))] [Pos; N]),
     /// Goes a distance from the last target (never from the reading: readings carry noise, adding them up is drift).
     MoveBy(#[cfg_attr(feature = "serde", serde(with = "crate::arrays"))] [Pos; N]),
@@ -141,7 +142,7 @@ impl fmt::Display for Refusal {
             }
             Self::NoPlaces(why) => write!(f, "{why}"),
             Self::NoFeed => write!(f, "the feed is zero; give one above"),
-            Self::NoPlanner => write!(f, "this board goes through no programs; send single moves"),
+            Self::NoPlanner => write!(f, "nobody plans programs for this stage; send single moves"),
             Self::NoProgram => write!(f, "no program runs that could be held or resumed"),
             Self::FeedRate(percent) => write!(f, "a feed rate of {percent} % is not in 1 … 200 %"),
             Self::OutOfTravel { axis, asked, low, high } => write!(

@@ -51,6 +51,8 @@ pub struct Controller<const N: usize> {
     fault: Option<Fault>,
     path: Path<N>,
     program: Program,
+    /// Whoever plans remembers: programs and turns can be asked for.
+    has_planner: bool,
     #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     target: [Pos; N],
     current: Option<CurrentMove<N>>,
@@ -71,6 +73,9 @@ pub struct Controller<const N: usize> {
 
 impl<const N: usize> Controller<N> {
     /// A controller that has just been switched on: drives off, nothing homed.
+    ///
+    /// It is planned for by [`crate::background::advance`] or the like, from rest to rest: it refuses programs, and another
+    /// target while it is on a path. One of two axes can have more: [`with_planner`](Self::with_planner).
     pub fn new(config: Config<N>) -> Self {
         Self {
             config,
@@ -79,6 +84,7 @@ impl<const N: usize> Controller<N> {
             fault: None,
             path: Path::holding([Pos::ZERO; N], config.axes.map(|axis| axis.glide)),
             program: Program::default(),
+            has_planner: false,
             target: [Pos::ZERO; N],
             current: None,
             last_move: None,
@@ -396,7 +402,9 @@ impl<const N: usize> Controller<N> {
     }
 
     fn begin_move(&mut self, to: [Pos; N]) -> Result<(), Refusal> {
-        if transition(self.state, Event::Move).is_none() {
+        // From where it will be going only a planner that remembers finds another way.
+        let cannot_turn = self.state == State::Moving && !self.has_planner;
+        if cannot_turn || transition(self.state, Event::Move).is_none() {
             return Err(self.refusal());
         }
         self.check_target(&to)?;

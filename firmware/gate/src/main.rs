@@ -101,7 +101,7 @@ fn asked<const N: usize>(controller: &mut Controller<N>) {
 /// A planner with a memory, for a stage of two axes.
 fn planner() {
     let Ok(config) = black_box(StageSettings::<2>::default()).build() else { return };
-    let mut controller = Controller::new(config);
+    let mut controller = Controller::with_planner(config);
     let mut planner = black_box(Planner::default());
     while black_box(true) {
         let shapes = [Shape::Line, Shape::Arc { centre: [Pos::ZERO; 2], counterclockwise: true }];

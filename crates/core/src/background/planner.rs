@@ -7,7 +7,7 @@ use crate::plan::program::Program;
 use crate::plan::span::{Batch, has_come};
 use crate::plan::transfer::Infeasible;
 
-/// Plans whatever a controller of two axes asks for. Programs and turns it hands over in batches, which are all that the
+/// Plans whatever a controller of two axes asks for that was made [for it](Controller::with_planner). Programs and turns it hands over in batches, which are all that the
 /// controller gets of them: recorded, they repeat the run without a planner.
 #[derive(Clone, Debug, Default)]
 pub struct Planner {

@@ -3,6 +3,7 @@
 use super::Controller;
 use crate::background::{Asked, PLANNING_TICKS, TurnRequest};
 use crate::command::Refusal;
+use crate::design::Config;
 use crate::machine::{Event, State};
 use crate::plan::Limits;
 use crate::plan::ring::Ring;
@@ -91,6 +92,17 @@ impl Program {
     }
 }
 
+impl Controller<2> {
+    /// A [new](Self::new) controller for which a [`Planner`](crate::background::Planner) plans, or whose run, recorded with
+    /// one, is repeated: it takes programs, and another target while it moves. Without one they end in
+    /// [`Fault::PlanMissing`](crate::publish::Fault::PlanMissing).
+    pub fn with_planner(config: Config<2>) -> Self {
+        let mut controller = Self::new(config);
+        controller.has_planner = true;
+        controller
+    }
+}
+
 impl<const N: usize> Controller<N> {
     /// What is asked of the program that is being gone through, if one is; see [`crate::background::Planner`].
     pub fn program(&self) -> Option<Asked<N>> {
@@ -166,6 +178,9 @@ impl<const N: usize> Controller<N> {
     }
 
     pub(super) fn go(&mut self, segment: &Segment) -> Result<(), Refusal> {
+        if !self.has_planner {
+            return Err(Refusal::NoPlanner);
+        }
         let goes_on = self.program.open && self.state == State::Moving;
         if !goes_on && self.state != State::Ready {
             return Err(self.refusal());
