@@ -75,6 +75,8 @@ pub enum Refusal {
     NoSuchAxis(usize),
     /// As many segments wait as there is room for; ask again in a tick.
     QueueFull,
+    /// The same of a program that is held: room comes only when it goes on.
+    QueueHeld,
     /// A segment has no such shape: an arc without radius or with two, a sine without amplitude, period or way.
     NoCurve,
     /// A corner cut by less than nothing.
@@ -122,6 +124,10 @@ impl fmt::Display for Refusal {
             Self::InFault(fault) => write!(f, "the stage is in a fault ({fault}); reset first"),
             Self::NoSuchAxis(axis) => write!(f, "the stage has no axis number {axis}"),
             Self::QueueFull => write!(f, "as many segments wait as there is room for; ask again in a tick"),
+            Self::QueueHeld => write!(
+                f,
+                "the program is held, and as many segments wait as there is room for; resume or stop it first"
+            ),
             Self::NoCurve => write!(
                 f,
                 "there is no such curve; an arc needs its centre equally far from both ends, a sine amplitude, periods and a way"

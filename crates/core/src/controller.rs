@@ -218,7 +218,8 @@ impl<const N: usize> Controller<N> {
         Ok(())
     }
 
-    /// The move that waits for a plan, if one does; see [`crate::background`].
+    /// The move from rest that waits for its plan, if one does; see [`crate::background`]. What a planner that remembers
+    /// has to do is asked elsewhere: [`program`](Self::program) and [`wanted_turn`](Self::wanted_turn).
     ///
     /// Ask between two ticks; [`background::advance`](crate::background::advance) asks, plans and answers in one call. To
     /// plan elsewhere (another core, another thread), take the request, make its [`LinePlan`] and give it to

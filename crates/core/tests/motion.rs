@@ -481,3 +481,29 @@ fn the_batches_of_a_run_repeat_it_without_a_planner() {
     assert_eq!(bench.outcome(), Outcome::Arrived);
     assert!(plant.iter().any(|done| matches!(done, Done::Spans(_))));
 }
+
+/// A program that is held makes no room by itself: whoever waits for it is told.
+#[test]
+fn a_queue_that_is_full_while_the_program_is_held_says_what_to_do() {
+    let mut bench = Bench::new().homed();
+    bench.go(&[line(6.0, 6.0, 0.0)]);
+    bench.run(100);
+    bench.ask(Command::Hold);
+    bench.run(2000);
+    let mut refused = Ok(abbe_core::Accepted { move_number: 0 });
+    for number in 0..1000 {
+        refused = bench.controller.command(Command::Go(line(6.0 + f64::from(number % 2), 7.0, 1.0)));
+        if refused.is_err() {
+            break;
+        }
+        bench.tick();
+    }
+    assert_eq!(refused, Err(Refusal::QueueHeld));
+    let told = Refusal::QueueHeld.to_string();
+    assert!(told.contains("held") && told.contains("resume"), "{told}");
+    bench.ask(Command::Resume);
+    bench.go(&[line(5.0, 5.0, 0.0)]);
+    bench.settle();
+    assert_eq!(bench.status().axes.map(|axis| axis.set_point), mm(5.0, 5.0));
+    bench.assert_moved_within_limits();
+}

@@ -201,7 +201,7 @@ impl<const N: usize> Controller<N> {
 
     fn check_segment(&self, segment: &Segment) -> Result<(), Refusal> {
         if self.program.queue.room() == 0 {
-            return Err(Refusal::QueueFull);
+            return Err(if self.program.held { Refusal::QueueHeld } else { Refusal::QueueFull });
         }
         if segment.feed == Feed::default() {
             return Err(Refusal::NoFeed);
