@@ -45,6 +45,8 @@ pub struct TurnRequest<const N: usize> {
     pub to: [Pos; N],
     /// Limits of each axis.
     pub limits: [Limits; N],
+    /// Lowest and highest place of each axis.
+    pub travel: [[Pos; 2]; N],
     /// From this tick on.
     pub start: u32,
 }

@@ -93,7 +93,7 @@ fn controller<const N: usize>(mut controller: Controller<N>) {
 fn asked<const N: usize>(controller: &mut Controller<N>) {
     black_box((controller.program(), controller.segment(black_box(0)), controller.room()));
     if let Some(request) = black_box(controller.wanted_turn()) {
-        black_box(&turn(&request.going, &request.to, &request.limits, request.start));
+        black_box(&turn(&request.going, &request.to, &request.limits, &request.travel, request.start));
     }
     black_box(controller.take_spans(black_box(&Batch::default())));
 }

@@ -50,7 +50,7 @@ impl Planner {
 
     fn batch(&mut self, controller: &Controller<2>) -> Option<Batch<2>> {
         if let Some(request) = controller.wanted_turn() {
-            let planned = turn(&request.going, &request.to, &request.limits, request.start);
+            let planned = turn(&request.going, &request.to, &request.limits, &request.travel, request.start);
             self.number = request.number;
             self.work = planned.map_or(Work::Lost, Work::Turn);
             return self.next_of_turn(controller, Some(request.start));

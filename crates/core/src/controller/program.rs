@@ -143,6 +143,7 @@ impl<const N: usize> Controller<N> {
             going: self.path.going(start, now),
             to: self.target,
             limits: self.config.axes.map(|axis| axis.limits),
+            travel: self.config.axes.map(|axis| [axis.low, axis.high]),
             start,
         })
     }
