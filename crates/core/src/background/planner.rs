@@ -122,6 +122,8 @@ fn next_of_program(
         } else {
             batch.revision = told.revision;
         }
+    } else if batch.took > 0 {
+        batch.cut = program.hear(asked.now.wrapping_add(PLANNING_TICKS));
     }
     for _ in 0..asked.room.min(batch.spans.room()) {
         let Some(span) = program.span(asked.now)? else { break };

@@ -8,7 +8,7 @@
 //! | [`Span`] | pieces of a part, for the tick |
 //!
 //! A part is decided when the one before it is about to end, with the corner speeds that all blocks known by then allow.
-//! Until it has been passed it can be decided anew, from any tick on: to stop, or for another feed.
+//! Until it has been passed it can be decided anew, from any tick on: to stop, for another feed, or for what is known since.
 
 mod block;
 mod line;
@@ -66,6 +66,8 @@ pub struct Program {
     state: State,
     /// No more parts are decided.
     held: bool,
+    /// What was taken since all that is decided was: so many blocks, and whether one when all the others were decided.
+    news: (usize, bool),
 }
 
 impl Program {
@@ -85,6 +87,7 @@ impl Program {
             time: 0.0,
             state: State::default(),
             held: false,
+            news: (0, false),
         }
     }
 
@@ -108,12 +111,15 @@ impl Program {
         }
         let (feed, tolerance) = (segment.feed.pm(), segment.tolerance.pm() as f64);
         let block = Block::new(curve, feed, tolerance, &self.axes, self.rate).ok_or(Infeasible::NoNumber)?;
+        let mut is_late = self.next == self.blocks.len();
         if let Some(before) = self.blocks.last_mut() {
             before.meet(&block, &self.axes);
+            is_late &= before.cap > 0.0 || before.overlap.is_some();
         }
         if !self.blocks.push(block) {
             return Err(Infeasible::NoNumber);
         }
+        self.news = (self.news.0.saturating_add(1), self.news.1 || is_late);
         self.ends = segment.to;
         Ok(())
     }
@@ -305,6 +311,21 @@ impl Program {
             }
             before = Some(number);
         }
+        self.decide_anew(tick)
+    }
+
+    /// Decides anew, from a tick on, what was decided to end at a rest because no more was known: a program that comes a
+    /// segment a tick is gone through like one that comes at once. Returns as [`Program::rest`] does.
+    ///
+    /// Short lines may be known far behind what is decided, and still too few to be fast in: so also whenever twice as many
+    /// are known.
+    pub fn hear(&mut self, tick: u32) -> Option<u32> {
+        let (taken, is_late) = self.news;
+        let is_much = taken.saturating_mul(2) >= self.blocks.len();
+        if self.held || !self.can_change() || !(is_late || is_much) {
+            return None;
+        }
+        self.news = (0, false);
         self.decide_anew(tick)
     }
 
