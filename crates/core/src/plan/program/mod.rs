@@ -68,6 +68,8 @@ pub struct Program {
     held: bool,
     /// What was taken since all that is decided was: so many blocks, and whether one when all the others were decided.
     news: (usize, bool),
+    /// It was held or hurried.
+    is_wished: bool,
 }
 
 impl Program {
@@ -88,6 +90,7 @@ impl Program {
             state: State::default(),
             held: false,
             news: (0, false),
+            is_wished: false,
         }
     }
 
@@ -287,13 +290,13 @@ impl Program {
     ///
     /// The spans that begin at the returned tick or later are no longer true; with none, all are.
     pub fn rest(&mut self, tick: u32) -> Option<u32> {
-        self.held = true;
+        (self.held, self.is_wished) = (true, true);
         self.decide_anew(tick)
     }
 
     /// Goes at another part of the feed from a tick on, or from where it can. Returns as [`Program::rest`] does.
     pub fn set_rate(&mut self, rate: f64, tick: u32) -> Option<u32> {
-        self.rate = rate;
+        (self.rate, self.is_wished) = (rate, true);
         let mut before: Option<usize> = None;
         for number in 0..self.blocks.len() {
             let Some(mut block) = self.blocks.get(number).copied() else { continue };
@@ -318,11 +321,12 @@ impl Program {
     /// segment a tick is gone through like one that comes at once. Returns as [`Program::rest`] does.
     ///
     /// Short lines may be known far behind what is decided, and still too few to be fast in: so also whenever twice as many
-    /// are known.
+    /// are known. Not behind a hold or another feed: what those have promised of corners, and what is promised here, may
+    /// not be kept together.
     pub fn hear(&mut self, tick: u32) -> Option<u32> {
         let (taken, is_late) = self.news;
         let is_much = taken.saturating_mul(2) >= self.blocks.len();
-        if self.held || !self.can_change() || !(is_late || is_much) {
+        if self.is_wished || !self.can_change() || !(is_late || is_much) {
             return None;
         }
         self.news = (0, false);
