@@ -115,6 +115,22 @@ fn a_queue_that_is_full_says_so_and_takes_the_segment_later() {
     bench.assert_moved_within_limits();
 }
 
+/// A host that sends a segment a tick does not stop behind the first.
+#[test]
+fn a_segment_a_tick_is_as_soon_as_all_at_once() {
+    let ticks = |apart: u32| {
+        let mut bench = Bench::new().homed();
+        for k in 1..=8 {
+            bench.go(&[line(0.05 * f64::from(k), 0.002 * f64::from(k * k), 2.0)]);
+            bench.run(apart);
+        }
+        bench.settle();
+        bench.assert_moved_within_limits();
+        bench.status().last_move.unwrap().path_ticks
+    };
+    assert_eq!([ticks(1), ticks(2)], [ticks(0); 2]);
+}
+
 #[test]
 fn a_stop_brakes_on_the_path_and_forgets_the_rest() {
     let mut random = Pcg64Mcg::seed_from_u64(3);
@@ -403,9 +419,14 @@ fn spans_that_come_too_late_or_for_another_move_change_nothing() {
     let mut bench = Bench::new().homed();
     bench.plans = Plans::Nothing;
     bench.go(&[line(9.0, 3.0, 0.0)]);
-    bench.tick();
-    let mut other = bench.controller.clone();
-    let Some(Done::Spans(batch)) = bench.planner.advance(&mut bench.controller) else { panic!("no spans") };
+    let (mut other, batch) = loop {
+        bench.tick();
+        let other = bench.controller.clone();
+        match bench.planner.advance(&mut bench.controller) {
+            Some(Done::Spans(batch)) if !batch.spans.is_empty() => break (other, batch),
+            _ => assert!(bench.places.len() < 100, "no spans"),
+        }
+    };
     assert!(!other.take_spans(&abbe_core::plan::span::Batch { number: batch.number + 1, ..batch }));
     assert!(other.take_spans(&batch));
     let mut late = bench.controller.clone();

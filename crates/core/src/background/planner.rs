@@ -76,7 +76,8 @@ impl Planner {
     }
 
     fn begin(&mut self, asked: &Asked<2>) {
-        let origin = asked.now.wrapping_add(PLANNING_TICKS);
+        // The first half is for segments that come one by one, the second for planning.
+        let origin = asked.now.wrapping_add(2 * PLANNING_TICKS);
         self.number = asked.number;
         self.work = Work::Program(Program::new(asked.at, asked.limits, rate(asked), origin));
         self.told = Told { revision: asked.revision.wrapping_sub(1), done: false };
@@ -122,8 +123,6 @@ fn next_of_program(
         } else {
             batch.revision = told.revision;
         }
-    } else if batch.took > 0 {
-        batch.cut = program.hear(asked.now.wrapping_add(PLANNING_TICKS));
     }
     for _ in 0..asked.room.min(batch.spans.room()) {
         let Some(span) = program.span(asked.now)? else { break };

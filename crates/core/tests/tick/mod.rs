@@ -54,12 +54,6 @@ impl Tick {
         }
     }
 
-    /// What was taken is thought of as soon as a planner can.
-    pub(crate) fn hear(&mut self) {
-        let cut = self.program.hear(self.now.wrapping_add(20));
-        self.cut(cut);
-    }
-
     pub(crate) fn tick(&mut self) {
         self.plan();
         self.now = self.now.wrapping_add(1);

@@ -8,7 +8,7 @@
 //! | [`Span`] | pieces of a part, for the tick |
 //!
 //! A part is decided when the one before it is about to end, with the corner speeds that all blocks known by then allow.
-//! Until it has been passed it can be decided anew, from any tick on: to stop, for another feed, or for what is known since.
+//! Until it has been passed it can be decided anew, from any tick on: to stop, or for another feed.
 
 mod block;
 mod line;
@@ -24,6 +24,7 @@ use super::scan::{Scan, ScanPlan};
 use super::segment::{Segment, place};
 use super::span::{Span, Until};
 use super::transfer::{Infeasible, State};
+use crate::background::PLANNING_TICKS;
 use crate::units::Pos;
 use block::Block;
 use part::{Laying, Part, What};
@@ -37,6 +38,8 @@ const PARTS: usize = 64;
 const MOST_PARTS: usize = 3;
 /// A part is decided this long before it begins at the latest, ticks, and no part sooner.
 const AHEAD: f64 = 2000.0;
+/// The first is decided so long before: what comes meanwhile, a segment a tick, is known by then.
+const FIRST: f64 = PLANNING_TICKS as f64;
 /// Times are told from another tick once they are as large as this, so that they fit.
 const FAR: f64 = 16_777_216.0;
 
@@ -66,10 +69,6 @@ pub struct Program {
     state: State,
     /// No more parts are decided.
     held: bool,
-    /// What was taken since all that is decided was: so many blocks, and whether one when all the others were decided.
-    news: (usize, bool),
-    /// It was held or hurried.
-    is_wished: bool,
 }
 
 impl Program {
@@ -89,8 +88,6 @@ impl Program {
             time: 0.0,
             state: State::default(),
             held: false,
-            news: (0, false),
-            is_wished: false,
         }
     }
 
@@ -114,15 +111,12 @@ impl Program {
         }
         let (feed, tolerance) = (segment.feed.pm(), segment.tolerance.pm() as f64);
         let block = Block::new(curve, feed, tolerance, &self.axes, self.rate).ok_or(Infeasible::NoNumber)?;
-        let mut is_late = self.next == self.blocks.len();
         if let Some(before) = self.blocks.last_mut() {
             before.meet(&block, &self.axes);
-            is_late &= before.cap > 0.0 || before.overlap.is_some();
         }
         if !self.blocks.push(block) {
             return Err(Infeasible::NoNumber);
         }
-        self.news = (self.news.0.saturating_add(1), self.news.1 || is_late);
         self.ends = segment.to;
         Ok(())
     }
@@ -195,7 +189,7 @@ impl Program {
         (self.held && self.rests())
             || self.next == self.blocks.len()
             || self.parts.room() < MOST_PARTS
-            || self.time - self.since(now) > AHEAD
+            || self.time - self.since(now) > if self.parts.is_empty() { FIRST } else { AHEAD }
             || (self.next_is_scan() && self.parts.iter().any(|part| matches!(part.what, What::Scan)))
     }
 
@@ -290,13 +284,13 @@ impl Program {
     ///
     /// The spans that begin at the returned tick or later are no longer true; with none, all are.
     pub fn rest(&mut self, tick: u32) -> Option<u32> {
-        (self.held, self.is_wished) = (true, true);
+        self.held = true;
         self.decide_anew(tick)
     }
 
     /// Goes at another part of the feed from a tick on, or from where it can. Returns as [`Program::rest`] does.
     pub fn set_rate(&mut self, rate: f64, tick: u32) -> Option<u32> {
-        (self.rate, self.is_wished) = (rate, true);
+        self.rate = rate;
         let mut before: Option<usize> = None;
         for number in 0..self.blocks.len() {
             let Some(mut block) = self.blocks.get(number).copied() else { continue };
@@ -314,22 +308,6 @@ impl Program {
             }
             before = Some(number);
         }
-        self.decide_anew(tick)
-    }
-
-    /// Decides anew, from a tick on, what was decided to end at a rest because no more was known: a program that comes a
-    /// segment a tick is gone through like one that comes at once. Returns as [`Program::rest`] does.
-    ///
-    /// Short lines may be known far behind what is decided, and still too few to be fast in: so also whenever twice as many
-    /// are known. Not behind a hold or another feed: what those have promised of corners, and what is promised here, may
-    /// not be kept together.
-    pub fn hear(&mut self, tick: u32) -> Option<u32> {
-        let (taken, is_late) = self.news;
-        let is_much = taken.saturating_mul(2) >= self.blocks.len();
-        if self.is_wished || !self.can_change() || !(is_late || is_much) {
-            return None;
-        }
-        self.news = (0, false);
         self.decide_anew(tick)
     }
 
