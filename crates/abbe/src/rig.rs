@@ -82,7 +82,7 @@ impl Rig {
         let origin = Origin::of(preset, twin.seed());
         let mut rig = Self {
             twin,
-            recorder: Recorder::new(Controller::new(preset.controller.config), origin, keep),
+            recorder: Recorder::new(Controller::with_planner(preset.controller.config), origin, keep),
             flights: None,
             outputs: Outputs::OFF,
             tick_hz: preset.controller.settings.tick_hz,

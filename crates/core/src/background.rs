@@ -45,6 +45,8 @@ pub struct TurnRequest<const N: usize> {
     pub to: [Pos; N],
     /// Limits of each axis.
     pub limits: [Limits; N],
+    /// Lowest and highest place of each axis.
+    pub travel: [[Pos; 2]; N],
     /// From this tick on.
     pub start: u32,
 }
@@ -93,7 +95,8 @@ pub enum Done<const N: usize> {
 }
 
 /// Does a piece of what the controller asks for, and says what; call it between ticks, once or until there is nothing
-/// left. Without a memory it plans single moves from rest and fits signals; a [`Planner`] does all there is.
+/// left. Without a memory it plans single moves from rest and fits signals, for a
+/// controller that asks for no more; a [`Planner`] does all there is.
 pub fn advance<const N: usize>(controller: &mut Controller<N>) -> Option<Done<N>> {
     if let Some(request) = controller.wanted_plan() {
         let start = request.asked_at.wrapping_add(PLANNING_TICKS);

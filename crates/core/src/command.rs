@@ -18,7 +18,8 @@ pub enum Command<const N: usize> {
     Disable,
     /// Finds the zero of every axis.
     Home,
-    /// Goes to a position: from rest along a line; while it moves, from there as soon as the limits allow.
+    /// Goes to a position: from rest along a line; while it moves, from there as soon as the limits allow, if its
+    /// [planner](crate::Controller::with_planner) can.
     MoveTo(#[cfg_attr(feature = "serde", serde(with = "crate::arrays"))] [Pos; N]),
     /// Goes a distance from the last target (never from the reading: readings carry noise, adding them up is drift).
     MoveBy(#[cfg_attr(feature = "serde", serde(with = "crate::arrays"))] [Pos; N]),
@@ -74,6 +75,8 @@ pub enum Refusal {
     NoSuchAxis(usize),
     /// As many segments wait as there is room for; ask again in a tick.
     QueueFull,
+    /// The same of a program that is held: room comes only when it goes on.
+    QueueHeld,
     /// A segment has no such shape: an arc without radius or with two, a sine without amplitude, period or way.
     NoCurve,
     /// A corner cut by less than nothing.
@@ -121,6 +124,10 @@ impl fmt::Display for Refusal {
             Self::InFault(fault) => write!(f, "the stage is in a fault ({fault}); reset first"),
             Self::NoSuchAxis(axis) => write!(f, "the stage has no axis number {axis}"),
             Self::QueueFull => write!(f, "as many segments wait as there is room for; ask again in a tick"),
+            Self::QueueHeld => write!(
+                f,
+                "the program is held, and as many segments wait as there is room for; resume or stop it first"
+            ),
             Self::NoCurve => write!(
                 f,
                 "there is no such curve; an arc needs its centre equally far from both ends, a sine amplitude, periods and a way"
@@ -141,7 +148,7 @@ impl fmt::Display for Refusal {
             }
             Self::NoPlaces(why) => write!(f, "{why}"),
             Self::NoFeed => write!(f, "the feed is zero; give one above"),
-            Self::NoPlanner => write!(f, "this board goes through no programs; send single moves"),
+            Self::NoPlanner => write!(f, "nobody plans programs for this stage; send single moves"),
             Self::NoProgram => write!(f, "no program runs that could be held or resumed"),
             Self::FeedRate(percent) => write!(f, "a feed rate of {percent} % is not in 1 … 200 %"),
             Self::OutOfTravel { axis, asked, low, high } => write!(

@@ -2,38 +2,27 @@
 
 mod axis;
 mod compare;
+mod modes;
+mod moves;
 mod program;
 
-use crate::background::{MoveRequest, PLAN_MISSING_TICKS};
 use crate::command::{Accepted, Command, Refusal};
 use crate::compensate::ErrorMap;
 use crate::design::Config;
 use crate::edge::{AxisOutputs, Inputs, Outputs};
 use crate::front::compare::{Passage, Sampled};
 use crate::guard;
-use crate::machine::{Event, State, Stop, transition};
+use crate::machine::{Event, State};
+use crate::plan::Path;
 use crate::plan::steps::SetPoint;
-use crate::plan::{LinePlan, Path};
-use crate::publish::{AxisStatus, Fault, MoveReport, Outcome, Status};
+use crate::publish::{AxisStatus, Fault, MoveReport, Status};
 use crate::sense::head::{Head, Refined};
 use crate::units::Pos;
-use axis::{Axis, Glide};
+use axis::Axis;
+use moves::CurrentMove;
 use program::Program;
 
 pub use program::QUEUE;
-
-/// Where a move stands.
-#[derive(Clone, Copy, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-struct CurrentMove<const N: usize> {
-    report: MoveReport,
-    began: u32,
-    path_ended: u32,
-    /// Since when all axes have been inside their windows.
-    inside_since: Option<u32>,
-    /// Still wants a plan to these places.
-    wants_plan: bool,
-}
 
 /// The whole controller of a stage of N axes. See the crate's first page, and [`crate::edge`] for what a plant must say.
 ///
@@ -51,6 +40,8 @@ pub struct Controller<const N: usize> {
     fault: Option<Fault>,
     path: Path<N>,
     program: Program,
+    /// Whoever plans remembers: programs and turns can be asked for.
+    has_planner: bool,
     #[cfg_attr(feature = "serde", serde(with = "crate::arrays"))]
     target: [Pos; N],
     current: Option<CurrentMove<N>>,
@@ -71,6 +62,9 @@ pub struct Controller<const N: usize> {
 
 impl<const N: usize> Controller<N> {
     /// A controller that has just been switched on: drives off, nothing homed.
+    ///
+    /// It is planned for by [`crate::background::advance`] or the like, from rest to rest: it refuses programs, and another
+    /// target while it is on a path. One of two axes can have more: [`with_planner`](Self::with_planner).
     pub fn new(config: Config<N>) -> Self {
         Self {
             config,
@@ -79,6 +73,7 @@ impl<const N: usize> Controller<N> {
             fault: None,
             path: Path::holding([Pos::ZERO; N], config.axes.map(|axis| axis.glide)),
             program: Program::default(),
+            has_planner: false,
             target: [Pos::ZERO; N],
             current: None,
             last_move: None,
@@ -212,46 +207,6 @@ impl<const N: usize> Controller<N> {
         Ok(())
     }
 
-    /// The move that waits for a plan, if one does; see [`crate::background`].
-    ///
-    /// Ask between two ticks; [`background::advance`](crate::background::advance) asks, plans and answers in one call. To
-    /// plan elsewhere (another core, another thread), take the request, make its [`LinePlan`] and give it to
-    /// [`take_plan`](Self::take_plan). Until then the stage holds where it stands, in [`State::Moving`], and can be stopped.
-    pub fn wanted_plan(&self) -> Option<MoveRequest<N>> {
-        let current = self.current.filter(|current| current.wants_plan && self.state == State::Moving)?;
-        if self.program.is_open() || !self.path.stands() {
-            return None;
-        }
-        Some(MoveRequest {
-            number: current.report.number,
-            from: self.path.set_point(),
-            to: self.target,
-            limits: self.config.axes.map(|axis| axis.limits),
-            asked_at: current.began,
-        })
-    }
-
-    /// Hands over the plan of move `number`, to begin at tick `start`.
-    ///
-    /// `start` is a tick number as in [`Inputs::tick`], by custom `asked_at` plus
-    /// [`PLANNING_TICKS`](crate::background::PLANNING_TICKS): a start that is named, not found, keeps a run the same however
-    /// long planning took. Be early: a plan whose start has passed begins at once, and so the run differs. The plan must
-    /// begin where the request said `from`, or the set-point jumps.
-    ///
-    /// A plan that nobody waits for any more (the move was stopped, failed, or has its plan) is dropped.
-    pub fn take_plan(&mut self, number: u32, plan: LinePlan<N>, start: u32) {
-        let moving = self.state == State::Moving;
-        let waiting =
-            |current: &&mut CurrentMove<N>| moving && current.wants_plan && current.report.number == number;
-        if !self.path.stands() || self.program.is_open() {
-            return;
-        }
-        if let Some(current) = self.current.as_mut().filter(waiting) {
-            current.wants_plan = false;
-            self.path.follow(plan, start);
-        }
-    }
-
     /// An axis whose analogue encoder has gathered samples for its correction, if one has; see [`crate::background`].
     pub fn wants_refining(&self) -> Option<usize> {
         self.heads.iter().position(|head| head.as_ref().is_some_and(Head::wants_refining))
@@ -338,251 +293,6 @@ impl<const N: usize> Controller<N> {
             State::Stopping => self.halt(tick),
             _ => {}
         }
-    }
-
-    /// One row of the table, if there is one. Returns whether there was.
-    fn happen(&mut self, event: Event) -> bool {
-        let Some(row) = transition(self.state, event) else {
-            return false;
-        };
-        let was_on = self.state.is_on();
-        match row.stop {
-            Stop::None => {}
-            Stop::Controlled => self.brake(),
-            Stop::Cut => self.cut(),
-        }
-        self.state = row.to;
-        match row.to {
-            State::Homing => self.begin_homing(was_on),
-            State::Ready if !was_on => self.hold_reading(),
-            State::Off => {
-                self.fault = None;
-                self.doubt_heads();
-            }
-            _ => {}
-        }
-        true
-    }
-
-    /// A head that cost its axis the zero may have been false until now, when somebody says that it no longer is.
-    #[cold]
-    fn doubt_heads(&mut self) {
-        for (axis, head) in self.axes.iter().zip(&mut self.heads) {
-            if let (false, Some(head)) = (axis.homed, head) {
-                head.doubt();
-            }
-        }
-    }
-
-    fn request(&mut self, event: Event) -> Result<(), Refusal> {
-        if self.happen(event) || (event == Event::Enable && self.state == State::Ready) {
-            return Ok(());
-        }
-        Err(self.refusal())
-    }
-
-    fn refusal(&self) -> Refusal {
-        match (self.state, self.fault) {
-            (State::Off, _) => Refusal::DrivesOff,
-            (State::Fault, Some(fault)) => Refusal::InFault(fault),
-            (state, _) => Refusal::Busy(state),
-        }
-    }
-
-    fn disable(&mut self) {
-        // Off while braking for a fault is still a fault: it stays explained until the reset.
-        let event = if self.fault.is_some() { Event::HaltedInFault } else { Event::Disable };
-        _ = self.happen(event);
-    }
-
-    fn begin_move(&mut self, to: [Pos; N]) -> Result<(), Refusal> {
-        if transition(self.state, Event::Move).is_none() {
-            return Err(self.refusal());
-        }
-        self.check_target(&to)?;
-        self.number_move();
-        _ = self.happen(Event::Move);
-        self.program.close();
-        self.target = to;
-        Ok(())
-    }
-
-    /// Another move begins; the one before, if it has not ended, is replaced.
-    fn number_move(&mut self) {
-        self.end_move(Outcome::Replaced);
-        self.move_number = self.move_number.wrapping_add(1);
-        let number = self.move_number;
-        let report = MoveReport { number, outcome: Outcome::Aborted, path_ticks: 0, settle_ticks: 0 };
-        let began = self.last_tick.unwrap_or(0);
-        self.current =
-            Some(CurrentMove { report, began, path_ended: began, inside_since: None, wants_plan: true });
-    }
-
-    fn check_target(&self, to: &[Pos; N]) -> Result<(), Refusal> {
-        for (number, (axis, &asked)) in self.axes.iter().zip(to).enumerate() {
-            if !axis.homed {
-                return Err(Refusal::NotHomed);
-            }
-            let (low, high) = (axis.config.low, axis.config.high);
-            if asked < low || asked > high {
-                return Err(Refusal::OutOfTravel { axis: number, asked, low, high });
-            }
-        }
-        Ok(())
-    }
-
-    fn beyond_target(&self, way: &[Pos; N]) -> [Pos; N] {
-        let mut to = self.target;
-        for (to, &way) in to.iter_mut().zip(way) {
-            *to = *to + way;
-        }
-        to
-    }
-
-    fn begin_homing(&mut self, was_on: bool) {
-        self.disarm();
-        for axis in &mut self.axes {
-            axis.begin_homing(was_on);
-        }
-    }
-
-    fn home(&mut self) {
-        let mut failed = None;
-        for (number, axis) in self.axes.iter_mut().enumerate() {
-            if let Some(homing) = axis.homing.as_mut() {
-                match homing.tick(&axis.sense.now, &axis.config.homing) {
-                    Ok(speed) => axis.glide.wanted = speed,
-                    Err(failure) => failed = failed.or(Some(Fault::Homing { axis: number, failure })),
-                }
-            }
-        }
-        if let Some(fault) = failed {
-            self.fail(fault);
-        } else if let Some(number) = self.axes.iter().position(Axis::has_homed) {
-            // One a tick: it is the longest work there is.
-            self.end_homing(number);
-        } else if self.axes.iter().all(|axis| axis.homing.is_none()) {
-            _ = self.happen(Event::Homed);
-        }
-    }
-
-    fn end_homing(&mut self, number: usize) {
-        let axis_and_target = self.axes.get_mut(number).zip(self.target.get_mut(number));
-        if let Some((axis, target)) = axis_and_target {
-            axis.end_homing(self.heads.get(number).and_then(Option::as_ref));
-            *target = axis.hold();
-            self.path.hold_axis(number, *target);
-        }
-    }
-
-    fn follow_path(&mut self, tick: u32) {
-        if self.path_ended() {
-            self.end_path(tick);
-        } else if self.plan_is_missing(tick) {
-            self.fail(Fault::PlanMissing);
-        }
-    }
-
-    fn path_ended(&self) -> bool {
-        let planned = self.current.as_ref().is_some_and(|current| !current.wants_plan);
-        planned && self.path.is_holding() && self.program.is_over()
-    }
-
-    fn plan_is_missing(&mut self, tick: u32) -> bool {
-        let lost = self.path.is_starved() || self.program_is_lost(PLAN_MISSING_TICKS);
-        lost || self.current.as_ref().is_some_and(|current| {
-            current.wants_plan && tick.wrapping_sub(current.began) > PLAN_MISSING_TICKS
-        })
-    }
-
-    fn end_path(&mut self, tick: u32) {
-        self.program.close();
-        if let Some(current) = self.current.as_mut() {
-            current.path_ended = tick;
-            current.report.path_ticks = tick.wrapping_sub(current.began);
-        }
-        _ = self.happen(Event::PathEnd);
-    }
-
-    /// Done means measured: all axes inside their windows for the dwell time.
-    fn settle(&mut self, tick: u32) {
-        let inside = self.axes.iter().all(Axis::is_inside);
-        let Some(current) = self.current.as_mut() else {
-            return;
-        };
-        let since = if inside { Some(current.inside_since.unwrap_or(tick)) } else { None };
-        current.inside_since = since;
-        let dwelt = since.is_some_and(|since| tick.wrapping_sub(since) >= self.config.dwell_ticks);
-        if dwelt {
-            current.report.settle_ticks = since.unwrap_or(tick).wrapping_sub(current.path_ended);
-            self.end_move(Outcome::Arrived);
-            _ = self.happen(Event::InPosition);
-        } else if tick.wrapping_sub(current.path_ended) > self.config.settle_timeout_ticks {
-            current.report.settle_ticks = tick.wrapping_sub(current.path_ended);
-            self.end_move(Outcome::NotArrived);
-            _ = self.happen(Event::TimedOut);
-        }
-    }
-
-    fn halt(&mut self, tick: u32) {
-        self.stop_without_planner(tick);
-        let stands = self.path.is_holding() && self.axes.iter().all(|axis| axis.glide.ramp.is_at_rest());
-        if !stands {
-            return;
-        }
-        self.program.close();
-        for axis in &mut self.axes {
-            axis.homing = None;
-        }
-        if self.fault.is_some() {
-            _ = self.happen(Event::HaltedInFault);
-        } else {
-            self.end_move(Outcome::Stopped);
-            _ = self.happen(Event::Halted);
-            self.hold_reading();
-        }
-    }
-
-    fn end_move(&mut self, outcome: Outcome) {
-        if let Some(current) = self.current.take() {
-            self.last_move = Some(MoveReport { outcome, ..current.report });
-        }
-    }
-
-    fn brake(&mut self) {
-        if !self.stop_program() {
-            self.path.brake();
-        }
-        for axis in &mut self.axes {
-            axis.glide.wanted = 0;
-        }
-    }
-
-    fn cut(&mut self) {
-        self.end_move(Outcome::Aborted);
-        self.program.close();
-        for axis in &mut self.axes {
-            axis.homing = None;
-            axis.glide = Glide::default();
-        }
-        self.path.hold(self.path.set_point());
-    }
-
-    /// Takes the reading for the target, once: after this the target no longer follows the reading.
-    fn hold_reading(&mut self) {
-        for axis in &mut self.axes {
-            axis.set_point = axis.sense.now.position;
-            axis.servo.reset();
-        }
-        self.hold_set_point();
-    }
-
-    /// The place of the set-point becomes path and target; the table does not move.
-    fn hold_set_point(&mut self) {
-        for (target, axis) in self.target.iter_mut().zip(&mut self.axes) {
-            *target = axis.hold();
-        }
-        self.path.hold(self.target);
     }
 
     // ---- plan --------------------------------------------------------------------------------------------------

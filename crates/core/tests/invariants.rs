@@ -2,7 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-mod ideal;
+mod bench;
+mod walked;
 
 use abbe_core::background;
 use abbe_core::compensate::ErrorMap;
@@ -11,64 +12,14 @@ use abbe_core::edge::{Actuation, AxisInputs, Inputs, Outputs, StepRate};
 use abbe_core::machine::State;
 use abbe_core::plan::LinePlan;
 use abbe_core::publish::{Fault, Outcome};
-use abbe_core::{Command, Controller, Pos, Refusal, Status};
-use ideal::Ideal;
+use abbe_core::{Command, Controller, Pos, Refusal};
+use bench::Bench;
 use proptest::prelude::*;
-
-struct Bench {
-    plant: Ideal,
-    controller: Controller<2>,
-    outputs: Outputs<2>,
-}
-
-impl Bench {
-    fn new() -> Self {
-        let config = StageSettings::<2>::default().build().unwrap();
-        let mut bench =
-            Self { plant: Ideal::new(), controller: Controller::new(config), outputs: Outputs::OFF };
-        bench.tick();
-        bench
-    }
-
-    fn homed() -> Self {
-        let mut bench = Self::new();
-        bench.controller.command(Command::Home).unwrap();
-        bench.settle();
-        assert_eq!(bench.status().state, State::Ready, "{:?}", bench.status().fault);
-        bench
-    }
-
-    fn tick(&mut self) {
-        let inputs = self.plant.step(&self.outputs);
-        self.outputs = self.controller.tick(&inputs);
-        background::advance(&mut self.controller);
-    }
-
-    fn settle(&mut self) {
-        self.tick();
-        for _ in 0..600_000 {
-            if !self.status().state.is_busy() {
-                return;
-            }
-            self.tick();
-        }
-        panic!("still {}", self.status().state);
-    }
-
-    fn status(&self) -> Status<2> {
-        self.controller.status()
-    }
-
-    fn go(&mut self, x_mm: f64, y_mm: f64) {
-        self.controller.command(Command::MoveTo([Pos::from_mm(x_mm), Pos::from_mm(y_mm)])).unwrap();
-        self.settle();
-    }
-}
 
 #[test]
 fn done_means_measured() {
-    let mut bench = Bench::homed();
-    bench.go(3.0, 3.0);
+    let mut bench = Bench::plain().homed();
+    bench.move_to(3.0, 3.0);
     assert_eq!(bench.status().last_move.unwrap().outcome, Outcome::Arrived);
     // The path ends but something shakes the reading out of the window again and again.
     bench.controller.command(Command::MoveTo([Pos::from_mm(4.0); 2])).unwrap();
@@ -87,11 +38,11 @@ fn done_means_measured() {
 
 #[test]
 fn a_stage_that_trembles_on_the_zero_has_passed_it_once() {
-    let mut bench = Bench::homed();
-    bench.go(0.01, 0.01);
+    let mut bench = Bench::plain().homed();
+    bench.move_to(0.01, 0.01);
     let crossings = |bench: &Bench| bench.status().axes[0].zero_crossings;
     let before = crossings(&bench);
-    bench.go(0.0, 0.0);
+    bench.move_to(0.0, 0.0);
     for tick in 0..200 {
         bench.plant.offset_pm = if tick % 2 == 0 { 60_000 } else { -60_000 };
         bench.tick();
@@ -107,7 +58,7 @@ fn a_stage_that_trembles_on_the_zero_has_passed_it_once() {
 
 #[test]
 fn busy_holds_from_the_instant_of_the_request() {
-    let mut bench = Bench::homed();
+    let mut bench = Bench::plain().homed();
     let asked = Command::MoveTo([Pos::from_mm(3.0); 2]);
     let accepted = bench.controller.command(asked).unwrap();
     assert_eq!(bench.status().state, State::Moving);
@@ -117,8 +68,8 @@ fn busy_holds_from_the_instant_of_the_request() {
 
 #[test]
 fn a_relative_move_starts_from_the_target_and_not_from_the_reading() {
-    let mut bench = Bench::homed();
-    bench.go(3.0, 3.0);
+    let mut bench = Bench::plain().homed();
+    bench.move_to(3.0, 3.0);
     for _ in 0..50 {
         bench.controller.command(Command::MoveBy([Pos::from_um(10.0), Pos::from_um(-7.0)])).unwrap();
         bench.settle();
@@ -129,7 +80,7 @@ fn a_relative_move_starts_from_the_target_and_not_from_the_reading() {
 
 #[test]
 fn after_a_stop_the_target_is_the_reading_taken_once() {
-    let mut bench = Bench::homed();
+    let mut bench = Bench::plain().homed();
     bench.controller.command(Command::MoveTo([Pos::from_mm(9.0); 2])).unwrap();
     for _ in 0..2000 {
         bench.tick();
@@ -149,7 +100,7 @@ fn after_a_stop_the_target_is_the_reading_taken_once() {
 
 #[test]
 fn a_stop_before_the_plan_came_stays_where_it_was() {
-    let mut bench = Bench::homed();
+    let mut bench = Bench::plain().homed();
     let before = bench.status().axes.map(|axis| axis.reading);
     bench.controller.command(Command::MoveTo([Pos::from_mm(9.0); 2])).unwrap();
     bench.controller.command(Command::Stop).unwrap();
@@ -161,13 +112,13 @@ fn a_stop_before_the_plan_came_stays_where_it_was() {
     for (axis, before) in bench.status().axes.iter().zip(before) {
         assert!((axis.reading - before).abs() <= Pos::from_um(0.5));
     }
-    bench.go(1.0, 1.0);
+    bench.move_to(1.0, 1.0);
     assert_eq!(bench.status().last_move.unwrap().outcome, Outcome::Arrived);
 }
 
 #[test]
 fn a_plan_that_comes_after_the_stop_moves_nothing() {
-    let mut bench = Bench::homed();
+    let mut bench = Bench::plain().homed();
     let held = bench.status().axes.map(|axis| axis.set_point);
     bench.controller.command(Command::MoveTo([Pos::from_mm(9.0); 2])).unwrap();
     let request = bench.controller.wanted_plan().unwrap();
@@ -185,7 +136,7 @@ fn a_plan_that_comes_after_the_stop_moves_nothing() {
 
 #[test]
 fn a_plan_that_never_comes_is_a_fault_and_not_a_wait_for_ever() {
-    let mut bench = Bench::homed();
+    let mut bench = Bench::plain().homed();
     bench.controller.command(Command::MoveTo([Pos::from_mm(9.0); 2])).unwrap();
     for _ in 0..background::PLAN_MISSING_TICKS + 10 {
         let inputs = bench.plant.step(&bench.outputs);
@@ -195,14 +146,14 @@ fn a_plan_that_never_comes_is_a_fault_and_not_a_wait_for_ever() {
     assert_eq!(bench.status().last_move.unwrap().outcome, Outcome::Aborted);
     bench.controller.command(Command::Reset).unwrap();
     bench.controller.command(Command::Enable).unwrap();
-    bench.go(3.0, 3.0);
+    bench.move_to(3.0, 3.0);
     assert_eq!(bench.status().last_move.unwrap().outcome, Outcome::Arrived);
 }
 
 #[test]
 fn an_error_map_renames_the_place_and_does_not_move_the_table() {
-    let mut bench = Bench::homed();
-    bench.go(3.0, 3.0);
+    let mut bench = Bench::plain().homed();
+    bench.move_to(3.0, 3.0);
     let before = bench.status().axes[0].reading;
     let map = ErrorMap::sample(Pos::from_mm(-5.0), |p| Pos::from_pm(p.pm() / 500)).unwrap();
     bench.controller.set_error_map(0, Some(map)).unwrap();
@@ -211,7 +162,7 @@ fn an_error_map_renames_the_place_and_does_not_move_the_table() {
         assert!((bench.status().axes[0].reading - before).abs() <= Pos::from_um(0.5));
     }
     assert!((bench.status().axes[0].position - Pos::from_mm(3.006)).abs() <= Pos::from_um(1.0));
-    bench.go(5.0, 3.0);
+    bench.move_to(5.0, 3.0);
     // The table is at 5 mm when the scale reads 5 / 1.002.
     assert!((bench.status().axes[0].reading - Pos::from_mm(5.0 / 1.002)).abs() <= Pos::from_um(0.5));
     bench.controller.command(Command::MoveTo([Pos::from_mm(6.0); 2])).unwrap();
@@ -220,7 +171,7 @@ fn an_error_map_renames_the_place_and_does_not_move_the_table() {
 
 #[test]
 fn the_same_inputs_and_commands_give_the_same_outputs() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::plain();
     let mut script = Vec::new();
     for tick in 0..60_000u32 {
         let command = match tick {
@@ -239,7 +190,7 @@ fn the_same_inputs_and_commands_give_the_same_outputs() {
         script.push((command, inputs, bench.outputs, bench.status()));
     }
     let mut again = Controller::new(*bench.controller.config());
-    again.tick(&Inputs { tick: script[0].1.tick - 1, ..Bench::new().plant.step(&Outputs::OFF) });
+    again.tick(&Inputs { tick: script[0].1.tick - 1, ..Bench::plain().plant.step(&Outputs::OFF) });
     let mut trace = Fnv::default();
     for (command, inputs, outputs, status) in script {
         if let Some(command) = command {

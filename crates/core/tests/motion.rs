@@ -2,119 +2,22 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-mod ideal;
+mod bench;
 mod walked;
 
-use abbe_core::background::{self, Done, Planner};
+use abbe_core::background::{self, Done};
 use abbe_core::command::Compare;
-use abbe_core::design::StageSettings;
 use abbe_core::front::compare::{Places, PlacesError, When};
 use abbe_core::machine::State;
-use abbe_core::plan::Limits;
 use abbe_core::plan::compare::Axis;
-use abbe_core::plan::curve::Place;
 use abbe_core::plan::scan::{Lines, Order, Scan};
 use abbe_core::plan::segment::{Feed, Segment, Shape};
 use abbe_core::plan::steps::SetPoint;
 use abbe_core::publish::{Fault, Outcome};
-use abbe_core::{Command, Controller, Outputs, Pos, Refusal, Status};
-use ideal::Ideal;
+use abbe_core::{Command, Controller, Pos, Refusal};
+use bench::{Bench, Plans, mm};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use walked::assert_within;
-
-struct Bench {
-    plant: Ideal,
-    controller: Controller<2>,
-    planner: Planner,
-    outputs: Outputs<2>,
-    /// Set-points since the last look, pm.
-    places: Vec<Place>,
-    /// Nobody plans.
-    alone: bool,
-}
-
-impl Bench {
-    fn homed() -> Self {
-        let config = StageSettings::<2>::default().build().unwrap();
-        let mut bench = Self {
-            plant: Ideal::new(),
-            controller: Controller::new(config),
-            planner: Planner::default(),
-            outputs: Outputs::OFF,
-            places: Vec::new(),
-            alone: false,
-        };
-        bench.tick();
-        bench.ask(Command::Home);
-        bench.settle();
-        assert_eq!(bench.status().state, State::Ready, "{:?}", bench.status().fault);
-        bench.places.clear();
-        bench.keep();
-        bench
-    }
-
-    fn tick(&mut self) {
-        let inputs = self.plant.step(&self.outputs);
-        self.outputs = self.controller.tick(&inputs);
-        if !self.alone {
-            self.planner.advance(&mut self.controller);
-        }
-        self.keep();
-    }
-
-    fn keep(&mut self) {
-        self.places.push(self.status().axes.map(|axis| axis.set_point.pm() as f64));
-    }
-
-    fn run(&mut self, ticks: u32) {
-        (0..ticks).for_each(|_| self.tick());
-    }
-
-    fn settle(&mut self) {
-        self.tick();
-        for _ in 0..600_000 {
-            if !self.status().state.is_busy() {
-                return;
-            }
-            self.tick();
-        }
-        panic!("still {}", self.status().state);
-    }
-
-    fn ask(&mut self, command: Command<2>) {
-        self.controller.command(command).unwrap();
-    }
-
-    fn status(&self) -> Status<2> {
-        self.controller.status()
-    }
-
-    fn limits(&self) -> [Limits; 2] {
-        self.controller.config().axes.map(|axis| axis.limits)
-    }
-
-    /// All segments, as there is room for them.
-    fn go(&mut self, segments: &[Segment]) {
-        for segment in segments {
-            while self.controller.command(Command::Go(*segment)) == Err(Refusal::QueueFull) {
-                self.tick();
-            }
-        }
-    }
-
-    fn outcome(&self) -> Outcome {
-        self.status().last_move.unwrap().outcome
-    }
-
-    fn assert_moved_within_limits(&self) {
-        assert_within(&self.places, &self.limits());
-    }
-}
-
-fn mm(x: f64, y: f64) -> [Pos; 2] {
-    [Pos::from_mm(x), Pos::from_mm(y)]
-}
 
 fn line(x: f64, y: f64, tolerance_um: f64) -> Segment {
     let tolerance = Pos::from_um(tolerance_um);
@@ -128,7 +31,7 @@ fn circle(x: f64, y: f64, radius: f64, counterclockwise: bool) -> Segment {
 
 #[test]
 fn a_program_is_one_move_that_ends_where_it_should() {
-    let mut bench = Bench::homed();
+    let mut bench = Bench::new().homed();
     let before = bench.status().move_number;
     let path = [line(4.0, 4.0, 5.0), line(8.0, 4.0, 5.0), line(8.0, 8.0, 0.0), circle(8.0, 8.0, 1.0, true)];
     bench.go(&path);
@@ -148,7 +51,7 @@ fn a_program_is_one_move_that_ends_where_it_should() {
 
 #[test]
 fn segments_that_cannot_be_gone_are_refused_and_change_nothing() {
-    let mut bench = Bench::homed();
+    let mut bench = Bench::new().homed();
     let go = |bench: &mut Bench, segment| bench.controller.command(Command::Go(segment));
     bench.ask(Command::MoveTo(mm(2.0, 2.0)));
     bench.settle();
@@ -190,14 +93,14 @@ fn segments_that_cannot_be_gone_are_refused_and_change_nothing() {
     bench.run(100);
     assert_eq!((bench.status().state, bench.status().move_number), (State::Ready, 2));
     assert_eq!(bench.status().axes.map(|axis| axis.set_point), mm(2.0, 2.0));
-    let mut cold = Controller::<2>::new(*bench.controller.config());
+    let mut cold = Controller::with_planner(*bench.controller.config());
     cold.tick(&abbe_core::Inputs::at_rest(1));
     assert_eq!(cold.command(Command::Go(line(1.0, 1.0, 0.0))), Err(Refusal::DrivesOff));
 }
 
 #[test]
 fn a_queue_that_is_full_says_so_and_takes_the_segment_later() {
-    let mut bench = Bench::homed();
+    let mut bench = Bench::new().homed();
     let mut taken = 0;
     while bench.controller.command(Command::Go(line(1.0 + f64::from(taken) * 0.01, 1.0, 1.0))).is_ok() {
         taken += 1;
@@ -212,11 +115,27 @@ fn a_queue_that_is_full_says_so_and_takes_the_segment_later() {
     bench.assert_moved_within_limits();
 }
 
+/// A host that sends a segment a tick does not stop behind the first.
+#[test]
+fn a_segment_a_tick_is_as_soon_as_all_at_once() {
+    let ticks = |apart: u32| {
+        let mut bench = Bench::new().homed();
+        for k in 1..=8 {
+            bench.go(&[line(0.05 * f64::from(k), 0.002 * f64::from(k * k), 2.0)]);
+            bench.run(apart);
+        }
+        bench.settle();
+        bench.assert_moved_within_limits();
+        bench.status().last_move.unwrap().path_ticks
+    };
+    assert_eq!([ticks(1), ticks(2)], [ticks(0); 2]);
+}
+
 #[test]
 fn a_stop_brakes_on_the_path_and_forgets_the_rest() {
     let mut random = Pcg64Mcg::seed_from_u64(3);
     for _ in 0..20 {
-        let mut bench = Bench::homed();
+        let mut bench = Bench::new().homed();
         bench.go(&[
             line(3.0, 3.0, 20.0),
             line(6.0, 3.0, 20.0),
@@ -248,14 +167,14 @@ fn a_stop_brakes_on_the_path_and_forgets_the_rest() {
 /// Asked for in any gap around the end of what is known, a stop is heard, and what was asked for just before it forgotten.
 #[test]
 fn a_stop_behind_a_segment_is_heard_in_every_gap_around_a_rest() {
-    let mut whole = Bench::homed();
+    let mut whole = Bench::new().homed();
     whole.go(&[line(6.0, 6.0, 0.0)]);
     while whole.status().state == State::Moving {
         whole.tick();
     }
     let path = whole.places.len() as u32;
     for gap in path - 12..path + 6 {
-        let mut bench = Bench::homed();
+        let mut bench = Bench::new().homed();
         bench.go(&[line(6.0, 6.0, 0.0)]);
         bench.run(gap);
         let slow = Segment { feed: Feed::from_pm(1e5), ..line(9.0, 3.0, 0.0) };
@@ -271,7 +190,7 @@ fn a_stop_behind_a_segment_is_heard_in_every_gap_around_a_rest() {
 /// A program that is held near its end has not ended.
 #[test]
 fn a_hold_near_the_end_holds_what_comes_next() {
-    let mut bench = Bench::homed();
+    let mut bench = Bench::new().homed();
     bench.go(&[line(6.0, 6.0, 0.0)]);
     while bench.status().axes[0].set_point < Pos::from_mm(5.9) {
         bench.tick();
@@ -290,7 +209,7 @@ fn a_hold_near_the_end_holds_what_comes_next() {
 
 #[test]
 fn a_program_rests_while_it_is_held_and_goes_on() {
-    let mut bench = Bench::homed();
+    let mut bench = Bench::new().homed();
     bench.go(&[line(8.0, 1.0, 0.0), line(8.0, 3.0, 0.0)]);
     bench.run(2500);
     bench.ask(Command::Hold);
@@ -317,7 +236,7 @@ fn whatever_is_asked_of_it_moves_within_its_limits() {
     let mut random = Pcg64Mcg::seed_from_u64(4);
     let mut replaced = 0;
     for _ in 0..60 {
-        let mut bench = Bench::homed();
+        let mut bench = Bench::new().homed();
         for _ in 0..16 {
             let place = [(); 2].map(|()| random.random_range(1.0..20.0));
             let command = match random.random_range(0..9) {
@@ -356,7 +275,7 @@ fn whatever_is_asked_of_it_moves_within_its_limits() {
 /// A scan runs behind a program's line to its start; each line passes each place once, in their order, evenly in time.
 #[test]
 fn a_scan_fires_at_the_places_that_the_measured_position_passes() {
-    let mut bench = Bench::homed();
+    let mut bench = Bench::new().homed();
     let scan = Scan {
         corners: [mm(5.0, 5.0), mm(7.0, 6.0)],
         fast: Axis::X,
@@ -417,7 +336,7 @@ fn a_scan_is_held_behind_its_end_and_stopped_at_once() {
         settle: 50,
     };
     for stops in [false, true] {
-        let mut bench = Bench::homed();
+        let mut bench = Bench::new().homed();
         let limits = bench.limits();
         let segment = Segment::scanning(&scan, &limits).unwrap();
         let start = scan.plan(&limits).unwrap().start();
@@ -444,7 +363,7 @@ fn a_scan_is_held_behind_its_end_and_stopped_at_once() {
 
 #[test]
 fn another_target_in_flight_is_reached_without_a_stop() {
-    let mut bench = Bench::homed();
+    let mut bench = Bench::new().homed();
     bench.ask(Command::MoveTo(mm(10.0, 2.0)));
     bench.run(3000);
     let number = bench.status().move_number;
@@ -462,12 +381,12 @@ fn another_target_in_flight_is_reached_without_a_stop() {
 
 #[test]
 fn without_a_planner_a_program_is_a_fault_and_one_that_loses_it_brakes() {
-    let mut bench = Bench::homed();
-    bench.alone = true;
+    let mut bench = Bench::new().homed();
+    bench.plans = Plans::Nothing;
     bench.go(&[line(8.0, 1.0, 0.0)]);
     bench.settle();
     assert_eq!((bench.status().state, bench.status().fault), (State::Fault, Some(Fault::PlanMissing)));
-    bench.alone = false;
+    bench.plans = Plans::Everything;
     bench.ask(Command::Reset);
     bench.ask(Command::Enable);
     // A sine has many pieces, more than are handed over at once.
@@ -476,16 +395,16 @@ fn without_a_planner_a_program_is_a_fault_and_one_that_loses_it_brakes() {
     bench.go(&[line(3.0, 3.0, 0.0), Segment { shape, ..line(13.0, 3.0, 0.0) }]);
     bench.run(6000);
     assert_eq!(bench.status().state, State::Moving);
-    bench.alone = true;
+    bench.plans = Plans::Nothing;
     bench.settle();
     assert_eq!((bench.status().state, bench.status().fault), (State::Fault, Some(Fault::PlanMissing)));
     assert_eq!(bench.outcome(), Outcome::Aborted);
     bench.assert_moved_within_limits();
     // A stop that nobody plans is no fault, and comes soon.
-    let mut bench = Bench::homed();
+    let mut bench = Bench::new().homed();
     bench.go(&[line(9.0, 3.0, 0.0)]);
     bench.run(3000);
-    bench.alone = true;
+    bench.plans = Plans::Nothing;
     bench.ask(Command::Stop);
     let asked = bench.places.len();
     bench.settle();
@@ -497,12 +416,17 @@ fn without_a_planner_a_program_is_a_fault_and_one_that_loses_it_brakes() {
 
 #[test]
 fn spans_that_come_too_late_or_for_another_move_change_nothing() {
-    let mut bench = Bench::homed();
-    bench.alone = true;
+    let mut bench = Bench::new().homed();
+    bench.plans = Plans::Nothing;
     bench.go(&[line(9.0, 3.0, 0.0)]);
-    bench.tick();
-    let mut other = bench.controller.clone();
-    let Some(Done::Spans(batch)) = bench.planner.advance(&mut bench.controller) else { panic!("no spans") };
+    let (mut other, batch) = loop {
+        bench.tick();
+        let other = bench.controller.clone();
+        match bench.planner.advance(&mut bench.controller) {
+            Some(Done::Spans(batch)) if !batch.spans.is_empty() => break (other, batch),
+            _ => assert!(bench.places.len() < 100, "no spans"),
+        }
+    };
     assert!(!other.take_spans(&abbe_core::plan::span::Batch { number: batch.number + 1, ..batch }));
     assert!(other.take_spans(&batch));
     let mut late = bench.controller.clone();
@@ -519,7 +443,7 @@ fn spans_that_come_too_late_or_for_another_move_change_nothing() {
 #[test]
 fn set_points_know_how_they_go_on() {
     for programmed in [false, true] {
-        let mut bench = Bench::homed();
+        let mut bench = Bench::new().homed();
         if programmed {
             bench.go(&[line(6.0, 3.0, 0.0)]);
         } else {
@@ -550,7 +474,7 @@ fn set_points_know_how_they_go_on() {
 /// A run repeats from its recorded batches alone.
 #[test]
 fn the_batches_of_a_run_repeat_it_without_a_planner() {
-    let mut bench = Bench::homed();
+    let mut bench = Bench::new().homed();
     let mut again = bench.controller.clone();
     let mut plant = Vec::new();
     let asked = [
@@ -577,4 +501,30 @@ fn the_batches_of_a_run_repeat_it_without_a_planner() {
     }
     assert_eq!(bench.outcome(), Outcome::Arrived);
     assert!(plant.iter().any(|done| matches!(done, Done::Spans(_))));
+}
+
+/// A program that is held makes no room by itself: whoever waits for it is told.
+#[test]
+fn a_queue_that_is_full_while_the_program_is_held_says_what_to_do() {
+    let mut bench = Bench::new().homed();
+    bench.go(&[line(6.0, 6.0, 0.0)]);
+    bench.run(100);
+    bench.ask(Command::Hold);
+    bench.run(2000);
+    let mut refused = Ok(abbe_core::Accepted { move_number: 0 });
+    for number in 0..1000 {
+        refused = bench.controller.command(Command::Go(line(6.0 + f64::from(number % 2), 7.0, 1.0)));
+        if refused.is_err() {
+            break;
+        }
+        bench.tick();
+    }
+    assert_eq!(refused, Err(Refusal::QueueHeld));
+    let told = Refusal::QueueHeld.to_string();
+    assert!(told.contains("held") && told.contains("resume"), "{told}");
+    bench.ask(Command::Resume);
+    bench.go(&[line(5.0, 5.0, 0.0)]);
+    bench.settle();
+    assert_eq!(bench.status().axes.map(|axis| axis.set_point), mm(5.0, 5.0));
+    bench.assert_moved_within_limits();
 }

@@ -83,7 +83,7 @@ fn in_the_analogue_trace_both_heads_learn_and_one_is_lost() {
     assert_eq!(scenario.preset(), "litho-120");
     let trace = scenario.trace().unwrap();
     let (settings, blocks) = stage::split::<2>(&trace).unwrap();
-    let mut controller = Controller::new(settings.unwrap().build().unwrap());
+    let mut controller = Controller::with_planner(settings.unwrap().build().unwrap());
     let ellipses = |controller: &Controller<2>| [0, 1].map(|axis| *controller.head(axis).unwrap().ellipse());
     let before = ellipses(&controller);
     let (mut replay, mut homings, mut faults) = (Replay::new(blocks), 0, Vec::new());

@@ -40,7 +40,7 @@ impl Scenario {
         let at = [number("x_mm", 40.0), number("y_mm", 60.0)];
         let config = settings.build().unwrap();
         Self {
-            controller: Controller::new(config),
+            controller: Controller::with_planner(config),
             planner: Planner::default(),
             twin: Twin::standing_at(&plant, &config, number("seed", 1.0) as u64, at),
             outputs: Outputs::OFF,

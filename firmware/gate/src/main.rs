@@ -94,7 +94,7 @@ fn controller<const N: usize>(mut controller: Controller<N>) {
 fn asked<const N: usize>(controller: &mut Controller<N>) {
     black_box((controller.program(), controller.segment(black_box(0)), controller.room()));
     if let Some(request) = black_box(controller.wanted_turn()) {
-        black_box(&turn(&request.going, &request.to, &request.limits, request.start));
+        black_box(&turn(&request.going, &request.to, &request.limits, &request.travel, request.start));
     }
     black_box(controller.take_spans(black_box(&Batch::default())));
 }
@@ -102,7 +102,7 @@ fn asked<const N: usize>(controller: &mut Controller<N>) {
 /// A planner with a memory, for a stage of two axes.
 fn planner() {
     let Ok(config) = black_box(StageSettings::<2>::default()).build() else { return };
-    let mut controller = Controller::new(config);
+    let mut controller = Controller::with_planner(config);
     let mut planner = black_box(Planner::default());
     while black_box(true) {
         let shapes = [Shape::Line, Shape::Arc { centre: [Pos::ZERO; 2], counterclockwise: true }];

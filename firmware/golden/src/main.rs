@@ -54,7 +54,7 @@ fn main() -> ! {
     }
     // The stage, the default one if the trace is of no other, is built here, in the floats of this processor.
     let Ok(config) = settings.unwrap_or_default().build() else { host::nothing_to_do() };
-    let mut controller = Controller::new(config);
+    let mut controller = Controller::with_planner(config);
     while let Some(entries) = block {
         replay(entries, &mut controller, &mut found);
         if !matches!(found.end, End::Whole) {

@@ -8,7 +8,7 @@ use crate::front::Front;
 use crate::shared::{LAST_HEARD, PLACES, Planned, STATUS, TICKS, Taken};
 use crate::telemetry::{self, Counts, Over};
 use abbe_core::background::MoveRequest;
-use abbe_core::{Command, Controller, Inputs, Outputs, Refusal};
+use abbe_core::{Command, Controller, Inputs, Outputs};
 use core::cell::UnsafeCell;
 use core::sync::atomic::Ordering;
 use embassy_rp::interrupt;
@@ -110,19 +110,10 @@ impl Tick {
         if self.queues.answers.ready()
             && let Some(command) = self.queues.commands.dequeue()
         {
-            let answer = self.command(command);
+            let answer = self.controller.command_without_floats(command);
             // There is room: it was looked for before, and nobody else writes.
             _ = self.queues.answers.enqueue(answer);
             self.counts.commands = self.counts.commands.wrapping_add(1);
-        }
-    }
-
-    /// Core 0 plans moves from rest alone; programs, and another target in flight, want a planner with a memory.
-    fn command(&mut self, command: Command<2>) -> Taken {
-        let state = self.controller.state();
-        match command {
-            Command::MoveTo(_) | Command::MoveBy(_) if state.is_busy() => Err(Refusal::Busy(state)),
-            command => self.controller.command_without_floats(command),
         }
     }
 

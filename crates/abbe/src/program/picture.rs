@@ -6,6 +6,10 @@ use crate::palette::{BLUE, GREY, GRID, INK, LIGHT_BLUE, ORANGE};
 use plotters::prelude::*;
 
 const SIZE: (u32, u32) = (1240, 640);
+/// Around a panel, and for the numbers and words beside and below it, px.
+const MARGIN: u32 = 8;
+const BESIDE: u32 = 78;
+const BELOW: u32 = 38;
 /// Groups of samples that are kept at most.
 const MOST: usize = 1000;
 
@@ -106,36 +110,48 @@ impl Thinned {
         let measured: Points = self.samples().map(|sample| sample.measured_mm.into()).collect();
         let both = || asked.iter().chain(&measured);
         let [x, y] = [ends(both().map(|point| point.0)), ends(both().map(|point| point.1))];
-        let half = 0.53 * (x.1 - x.0).max(y.1 - y.0).max(1e-3);
-        let about = |(low, high): (f64, f64)| 0.5 * (low + high) - half..0.5 * (low + high) + half;
+        let (width, height) = area.dim_in_pixel();
+        let across = f64::from(width.saturating_sub(2 * MARGIN + BESIDE));
+        let up = f64::from(height.saturating_sub(2 * MARGIN + BELOW));
+        let mm_per_px = (1.06 * (x.1 - x.0) / across).max(1.06 * (y.1 - y.0) / up).max(1e-6);
+        let about = |(low, high): (f64, f64), px: f64| {
+            let (middle, half) = (f64::midpoint(low, high), 0.5 * px * mm_per_px);
+            middle - half..middle + half
+        };
         let mut panel = ChartBuilder::on(area)
-            .margin(8)
-            .x_label_area_size(38)
-            .y_label_area_size(78)
-            .build_cartesian_2d(about(x), about(y))?;
-        mesh(&mut panel, ["x / mm", "y / mm"], [2.0 * half; 2])?;
-        curve(&mut panel, asked, LIGHT_BLUE.stroke_width(3), "asked")?;
-        curve(&mut panel, measured, ORANGE.stroke_width(1), "measured")?;
+            .margin(MARGIN)
+            .x_label_area_size(BELOW)
+            .y_label_area_size(BESIDE)
+            .build_cartesian_2d(about(x, across), about(y, up))?;
+        mesh(&mut panel, ["x / mm", "y / mm"], [across * mm_per_px, up * mm_per_px])?;
+        // On most scales they lie on each other: one is seen on both sides of the other.
+        curve(&mut panel, asked, LIGHT_BLUE.stroke_width(6), "asked")?;
+        curve(&mut panel, measured, ORANGE.stroke_width(2), "measured")?;
         names(&mut panel)
     }
 
+    /// One above the other on the same scale: on each other, one would hide the other.
     fn errors(&self, area: &Area<'_>) -> Drawn {
-        let last_s = self.samples().last().map_or(0.0, |sample| sample.t_s).max(1e-3);
         let all = self.samples().flat_map(|sample| sample.error_um);
         let reach = 1.1 * all.fold(1e-3, |reach: f64, error| reach.max(error.abs()));
+        let (above, below) = area.split_vertically(area.dim_in_pixel().1 / 2);
+        self.errors_of(&above, 0, reach, "following error of x / µm")?;
+        self.errors_of(&below, 1, reach, "following error of y / µm")
+    }
+
+    fn errors_of(&self, area: &Area<'_>, axis: usize, reach_um: f64, name: &str) -> Drawn {
+        let last_s = self.samples().last().map_or(0.0, |sample| sample.t_s).max(1e-3);
         let mut panel = ChartBuilder::on(area)
-            .margin(8)
+            .margin(MARGIN)
             .margin_right(24)
-            .x_label_area_size(38)
-            .y_label_area_size(78)
-            .build_cartesian_2d(0.0..last_s, -reach..reach)?;
-        mesh(&mut panel, ["time / s", "following error / µm"], [last_s, 2.0 * reach])?;
+            .x_label_area_size(BELOW)
+            .y_label_area_size(BESIDE)
+            .build_cartesian_2d(0.0..last_s, -reach_um..reach_um)?;
+        mesh(&mut panel, ["time / s", name], [last_s, 2.0 * reach_um])?;
         panel.draw_series(LineSeries::new([(0.0, 0.0), (last_s, 0.0)], GREY.stroke_width(1)))?;
-        for (axis, colour, name) in [(0, BLUE, "x"), (1, ORANGE, "y")] {
-            let points = self.samples().map(|sample| (sample.t_s, sample.error_um[axis])).collect();
-            curve(&mut panel, points, colour.stroke_width(1), name)?;
-        }
-        names(&mut panel)
+        let points = self.samples().map(|sample| (sample.t_s, sample.error_um[axis]));
+        panel.draw_series(LineSeries::new(points, BLUE.stroke_width(1)))?;
+        Ok(())
     }
 }
 

@@ -7,7 +7,7 @@ use crate::plan::program::Program;
 use crate::plan::span::{Batch, has_come};
 use crate::plan::transfer::Infeasible;
 
-/// Plans whatever a controller of two axes asks for. Programs and turns it hands over in batches, which are all that the
+/// Plans whatever a controller of two axes asks for that was made [for it](Controller::with_planner). Programs and turns it hands over in batches, which are all that the
 /// controller gets of them: recorded, they repeat the run without a planner.
 #[derive(Clone, Debug, Default)]
 pub struct Planner {
@@ -50,7 +50,7 @@ impl Planner {
 
     fn batch(&mut self, controller: &Controller<2>) -> Option<Batch<2>> {
         if let Some(request) = controller.wanted_turn() {
-            let planned = turn(&request.going, &request.to, &request.limits, request.start);
+            let planned = turn(&request.going, &request.to, &request.limits, &request.travel, request.start);
             self.number = request.number;
             self.work = planned.map_or(Work::Lost, Work::Turn);
             return self.next_of_turn(controller, Some(request.start));
@@ -76,7 +76,8 @@ impl Planner {
     }
 
     fn begin(&mut self, asked: &Asked<2>) {
-        let origin = asked.now.wrapping_add(PLANNING_TICKS);
+        // The first half is for segments that come one by one, the second for planning.
+        let origin = asked.now.wrapping_add(2 * PLANNING_TICKS);
         self.number = asked.number;
         self.work = Work::Program(Program::new(asked.at, asked.limits, rate(asked), origin));
         self.told = Told { revision: asked.revision.wrapping_sub(1), done: false };

@@ -3,6 +3,7 @@
 use super::Controller;
 use crate::background::{Asked, PLANNING_TICKS, TurnRequest};
 use crate::command::Refusal;
+use crate::design::Config;
 use crate::machine::{Event, State};
 use crate::plan::Limits;
 use crate::plan::ring::Ring;
@@ -91,6 +92,17 @@ impl Program {
     }
 }
 
+impl Controller<2> {
+    /// A [new](Self::new) controller for which a [`Planner`](crate::background::Planner) plans, or whose run, recorded with
+    /// one, is repeated: it takes programs, and another target while it moves. Without one they end in
+    /// [`Fault::PlanMissing`](crate::publish::Fault::PlanMissing).
+    pub fn with_planner(config: Config<2>) -> Self {
+        let mut controller = Self::new(config);
+        controller.has_planner = true;
+        controller
+    }
+}
+
 impl<const N: usize> Controller<N> {
     /// What is asked of the program that is being gone through, if one is; see [`crate::background::Planner`].
     pub fn program(&self) -> Option<Asked<N>> {
@@ -131,6 +143,7 @@ impl<const N: usize> Controller<N> {
             going: self.path.going(start, now),
             to: self.target,
             limits: self.config.axes.map(|axis| axis.limits),
+            travel: self.config.axes.map(|axis| [axis.low, axis.high]),
             start,
         })
     }
@@ -166,6 +179,9 @@ impl<const N: usize> Controller<N> {
     }
 
     pub(super) fn go(&mut self, segment: &Segment) -> Result<(), Refusal> {
+        if !self.has_planner {
+            return Err(Refusal::NoPlanner);
+        }
         let goes_on = self.program.open && self.state == State::Moving;
         if !goes_on && self.state != State::Ready {
             return Err(self.refusal());
@@ -186,7 +202,7 @@ impl<const N: usize> Controller<N> {
 
     fn check_segment(&self, segment: &Segment) -> Result<(), Refusal> {
         if self.program.queue.room() == 0 {
-            return Err(Refusal::QueueFull);
+            return Err(if self.program.held { Refusal::QueueHeld } else { Refusal::QueueFull });
         }
         if segment.feed == Feed::default() {
             return Err(Refusal::NoFeed);

@@ -164,19 +164,21 @@ impl<const N: usize> Path<N> {
         self.spans.push(span)
     }
 
-    /// What it will be doing at a tick to come, if nothing else is said.
+    /// What it will be doing at a tick to come, if nothing else is said, of a path that does not stand.
     pub fn going(&self, tick: u32, now: u32) -> Going<N> {
         // The first of a motion moves all axes, whatever they did before.
         if self.spans.get(0).is_some_and(|span| has_come(span.first, tick)) {
             return Going::Walking(self.walking(tick, now));
         }
         match self.motion {
-            Motion::Waiting { plan, start } => Going::Line(plan, ticks_to(tick, start)),
             Motion::Line { plan, walk } => {
                 Going::Line(plan, walk.gone(&plan.profile).saturating_add(ticks_to(tick, now)))
             }
             Motion::Walking { .. } => Going::Walking(self.walking(tick, now)),
-            Motion::Hold | Motion::Braking { .. } | Motion::Slowing { .. } => Going::Rest(self.set_point),
+            // Of what waits for its tick nothing moves yet, and it is replaced as a whole.
+            Motion::Hold | Motion::Waiting { .. } | Motion::Braking { .. } | Motion::Slowing { .. } => {
+                Going::Rest(self.set_point)
+            }
         }
     }
 
@@ -223,9 +225,9 @@ impl<const N: usize> Path<N> {
         matches!(self.motion, Motion::Hold) && self.spans.is_empty()
     }
 
-    /// Whether spans can be taken: it does not brake by itself.
+    /// Whether spans can be taken: it does not brake by itself, and no line waits for its tick.
     pub fn takes_spans(&self) -> bool {
-        !matches!(self.motion, Motion::Braking { .. } | Motion::Slowing { .. })
+        !matches!(self.motion, Motion::Waiting { .. } | Motion::Braking { .. } | Motion::Slowing { .. })
     }
 
     /// Whether it stands and nothing that was begun moves it; a plan may wait.

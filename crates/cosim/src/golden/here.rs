@@ -29,7 +29,7 @@ pub fn replay_with(trace: &[u8], change: impl FnOnce(&mut StageSettings<2>)) -> 
     };
     let mut settings = stage.unwrap_or_default();
     change(&mut settings);
-    let mut controller = Controller::new(settings.build().map_err(|error| anyhow!("{error}"))?);
+    let mut controller = Controller::with_planner(settings.build().map_err(|error| anyhow!("{error}"))?);
     let mut replay = Replay::new(blocks);
     let end = match replay.run(&mut controller) {
         Ok(_) => End::Whole,

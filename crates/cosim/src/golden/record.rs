@@ -82,7 +82,7 @@ impl Recorded {
         let plant = Plant::read_with(&stage.preset, &text, &stage.plant).context("stage.toml")?;
         let config = settings.build().map_err(|error| anyhow!("{error}"))?;
         let mut recorded = Self {
-            controller: Controller::new(config),
+            controller: Controller::with_planner(config),
             planner: Planner::default(),
             twin: Twin::standing_at(&plant, &config, stage.seed, stage.at_mm),
             outputs: Outputs::OFF,

@@ -516,7 +516,7 @@ impl Slides {
 }
 
 fn controller() -> Controller<2> {
-    Controller::new(StageSettings::default().build().unwrap())
+    Controller::with_planner(StageSettings::default().build().unwrap())
 }
 
 /// Homes, maps, moves, is asked nonsense, stops and meets a fault, with a recorder beside it.
@@ -587,7 +587,7 @@ fn another_controller_is_found_out_within_a_thousand_ticks_of_where_it_differs()
     let (bytes, ..) = recorded_run();
     let mut settings = StageSettings::<2>::default();
     settings.axes[1].kp_per_s *= 1.001;
-    let mut other = Controller::new(settings.build().unwrap());
+    let mut other = Controller::with_planner(settings.build().unwrap());
     let error = Replay::new(&bytes).run(&mut other).unwrap_err();
     let ReplayError::Differs { same, within } = error else { panic!("{error}") };
     assert_eq!((same, within), (0, HASH_TICKS), "it homes otherwise from the first thousand on");

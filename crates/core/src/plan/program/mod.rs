@@ -24,6 +24,7 @@ use super::scan::{Scan, ScanPlan};
 use super::segment::{Segment, place};
 use super::span::{Span, Until};
 use super::transfer::{Infeasible, State};
+use crate::background::PLANNING_TICKS;
 use crate::units::Pos;
 use block::Block;
 use part::{Laying, Part, What};
@@ -37,6 +38,8 @@ const PARTS: usize = 64;
 const MOST_PARTS: usize = 3;
 /// A part is decided this long before it begins at the latest, ticks, and no part sooner.
 const AHEAD: f64 = 2000.0;
+/// The first is decided so long before: what comes meanwhile, a segment a tick, is known by then.
+const FIRST: f64 = PLANNING_TICKS as f64;
 /// Times are told from another tick once they are as large as this, so that they fit.
 const FAR: f64 = 16_777_216.0;
 
@@ -186,7 +189,7 @@ impl Program {
         (self.held && self.rests())
             || self.next == self.blocks.len()
             || self.parts.room() < MOST_PARTS
-            || self.time - self.since(now) > AHEAD
+            || self.time - self.since(now) > if self.parts.is_empty() { FIRST } else { AHEAD }
             || (self.next_is_scan() && self.parts.iter().any(|part| matches!(part.what, What::Scan)))
     }
 

@@ -11,29 +11,29 @@ const TICK_CLOCKS: u32 = 12_500;
 const START_PM: i64 = 5_000_000_000;
 const SWITCH_PM: i64 = -2_000_000_000;
 
-/// Two slides that follow their pulses exactly.
-pub(crate) struct Ideal {
+/// Slides that follow their pulses exactly.
+pub(crate) struct Ideal<const N: usize = 2> {
     tick: u32,
-    emitters: [StepEmitter; 2],
-    counts: [i64; 2],
+    emitters: [StepEmitter; N],
+    counts: [i64; N],
     /// What the encoder reads too much, picometres.
     pub(crate) offset_pm: i64,
 }
 
-impl Ideal {
+impl<const N: usize> Ideal<N> {
     pub(crate) fn new() -> Self {
         Self {
             tick: 0,
-            emitters: [StepEmitter::new(TICK_CLOCKS); 2],
-            counts: [START_PM / COUNT_PM; 2],
+            emitters: [StepEmitter::new(TICK_CLOCKS); N],
+            counts: [START_PM / COUNT_PM; N],
             offset_pm: 0,
         }
     }
 
-    pub(crate) fn step(&mut self, outputs: &Outputs<2>) -> Inputs<2> {
+    pub(crate) fn step(&mut self, outputs: &Outputs<N>) -> Inputs<N> {
         self.tick = self.tick.wrapping_add(1);
         let mut inputs = Inputs::at_rest(self.tick);
-        for axis in 0..2 {
+        for axis in 0..N {
             if let Actuation::Steps(rate) = outputs.axes[axis].actuation {
                 self.emitters[axis].begin_tick(rate);
             }
