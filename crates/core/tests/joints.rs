@@ -147,7 +147,7 @@ fn curves_are_held_and_hurried_within_limits_and_tolerance() {
         for segment in &chain.segments {
             tick.program.take(segment).expect("it is one");
         }
-        let (mut left, mut cuts) = (0, vec![0]);
+        let mut left = 0;
         for _ in 0..200_000 {
             if left == 0 {
                 left = random.random_range(1..600);
@@ -167,7 +167,6 @@ fn curves_are_held_and_hurried_within_limits_and_tolerance() {
                     }
                 };
                 tick.cut(cut);
-                cuts.extend(cut.map(|cut| tick.places.len() - 1 + cut.wrapping_sub(tick.now) as usize));
             }
             left -= 1;
             tick.tick();
@@ -178,12 +177,7 @@ fn curves_are_held_and_hurried_within_limits_and_tolerance() {
         tick.program.go_on();
         tick.finish();
         chain.assert_on_path(&tick.places, 60);
-        cuts.push(tick.places.len());
-        cuts.sort_unstable();
-        cuts.windows(2).for_each(|ends| assert_within(&tick.places[ends[0]..ends[1]], &chain.axes));
-        // What is left in the middle of a cubic may be 10 pm beside its curve there.
-        let left = |limits: Limits| Limits { jerk: limits.jerk + 2.0 * 10.0, ..limits };
-        assert_within(&tick.places, &chain.axes.map(left));
+        assert_within(&tick.places, &chain.axes);
     }
     assert!(holds > 500 && rates > 1000, "{holds} {rates}");
 }

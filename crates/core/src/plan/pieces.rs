@@ -10,8 +10,9 @@ use super::profile::Limits;
 use super::steps::{Leg, lay_out};
 use super::transfer::{Infeasible, Phase, State, Transfer};
 
-/// A piece may be off the curve by so much, pm.
-pub(super) const MOST_OFF: f64 = 10.0;
+/// A piece may be off the curve by so much, pm: who leaves it in the middle begins that far beside it, which is no more than
+/// a position is rounded by.
+pub(super) const MOST_OFF: f64 = 1.0;
 
 /// A piece may be shorter than this, ticks, where a phase hardly lasts: its slopes would be those of rounded numbers. Of one
 /// tick at most it has the place and the speed.
