@@ -275,6 +275,17 @@ fn an_axis_without_a_way_waits_where_it_is() {
     assert!((0..600).all(|tick| y.at(f64::from(tick)) == at(0.0)), "{y:?}");
 }
 
+/// Found by fuzzing: squares of a speed of a thousand million times what full acceleration takes to reach are rounded by more
+/// than this way.
+#[test]
+fn a_short_way_at_a_high_speed_has_a_plan() {
+    let limits =
+        Limits { speed: 1670837914.1976976, acceleration: 7.69806034624516, jerk: 82.84039716152796 };
+    let from = State { position: -517838289.0, speed: -1323636908.3756168, acceleration: -6.098399318455515 };
+    let case = Case { from, to: State { position: -1035676577.0, ..from }, limits };
+    assert_is_right(&planned(&case), &case);
+}
+
 /// To rest at once: nothing that goes on to a place is at rest sooner.
 #[test]
 fn a_stop_is_over_before_any_other_way_to_rest() {

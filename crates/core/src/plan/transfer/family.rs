@@ -181,10 +181,11 @@ impl Family {
     /// The same where both accelerations are cut off: the way grows with v² + v, if v is the speed of the peak.
     fn between_pauses(&self, from: Point, to: Point) -> f64 {
         let [low, high] = [from.x, to.x].map(|y| self.settled + y * y);
-        let sum = low * low + low - from.f;
-        let spread = libm::sqrt((1.0 + 4.0 * sum).max(0.0));
-        let peak = if low + high + 1.0 > 0.0 { 2.0 * sum / (1.0 + spread) } else { -0.5 * (1.0 + spread) };
-        libm::sqrt((peak - self.settled).max(0.0)).max(from.x).min(to.x)
+        // Solved for by how much v grows: squares of high speeds would be rounded by more than the way.
+        let slope = 2.0 * low + 1.0;
+        let spread = libm::sqrt((slope * slope - 4.0 * from.f).max(0.0));
+        let grown = -2.0 * from.f / (slope + if low + high + 1.0 > 0.0 { spread } else { -spread });
+        libm::sqrt((from.x * from.x + grown).max(0.0)).max(from.x).min(to.x)
     }
 
     /// A larger parameter always leads farther.
