@@ -24,16 +24,17 @@ pub(crate) struct Run {
     #[arg(long, value_name = "PERCENT", value_parser = clap::value_parser!(u16).range(1..=200), allow_negative_numbers = true)]
     pub(crate) feed_rate: Option<u16>,
     /// Go along G1, G2, G3 and G5.5 step by step, one axis a step: by point-by-point comparison, sines as chords. On paper,
-    /// or with --twin on the stage. A step is STEP_UM [default: a count of the scale].
+    /// or with --twin on the stage. A step is so many µm, or a `count` of the scale.
     #[arg(
         long,
         value_name = "STEP_UM",
         num_args = 0..=1,
+        default_missing_value = "count",
         require_equals = true,
         value_parser = step,
         conflicts_with_all = ["stream", "check"]
     )]
-    pub(crate) stepwise: Option<Option<Pos>>,
+    pub(crate) stepwise: Option<StepSize>,
     /// How far a chord may be beside its sine, µm [default: a step].
     #[arg(long, value_name = "UM", value_parser = tolerance, requires = "stepwise", allow_negative_numbers = true)]
     pub(crate) chord_tolerance: Option<Pos>,
@@ -52,11 +53,20 @@ pub(crate) struct Run {
 /// millimetre is no step any more.
 const STEPS_UM: [f64; 2] = [0.001, 1000.0];
 
-fn step(text: &str) -> Result<Pos, String> {
+/// How long a step is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum StepSize {
+    /// A count of the scale.
+    Count,
+    Of(Pos),
+}
+
+fn step(text: &str) -> Result<StepSize, String> {
     let [least, most] = STEPS_UM;
     match text.parse::<f64>() {
-        Ok(um) if (least..=most).contains(&um) => Ok(Pos::from_um(um)),
-        _ => Err(format!("a step is {least} to {most} µm")),
+        _ if text == "count" => Ok(StepSize::Count),
+        Ok(um) if (least..=most).contains(&um) => Ok(StepSize::Of(Pos::from_um(um))),
+        _ => Err(format!("a step is {least} to {most} µm, or `count`")),
     }
 }
 

@@ -38,8 +38,9 @@ pub(crate) fn run(preset: &Preset, seed: u64, asked: &Run) -> Result<Answer, Fai
         let checked = look_at(preset, percent, &name, &input)?;
         return Report { name: &name, preset, checked: &checked }.answer();
     }
-    if asked.stepwise.is_some() && !asked.source.twin {
-        return stepwise::on_paper(preset, asked, &name, input);
+    let grid = stepwise::grid(preset, asked);
+    if let Some(grid) = grid.filter(|_| !asked.source.twin) {
+        return stepwise::on_paper(preset, asked, grid, &name, &input);
     }
     let wanted = Wanted::new(preset, seed, &asked.source)?;
     let _folders = outputs(asked)?;
@@ -47,7 +48,6 @@ pub(crate) fn run(preset: &Preset, seed: u64, asked: &Run) -> Result<Answer, Fai
         let checked = look_at(preset, percent, &name, &input)?;
         Report { name: &name, preset, checked: &checked }.errors_only()?;
     }
-    let grid = stepwise::grid(preset, asked);
     let survey = grid.map(|grid| stepwise::survey(preset, percent, grid, &name, &input)).transpose()?;
     let mut rig = wanted.homed(Path::new(HERE))?;
     rig.move_to(start_mm(preset))?;

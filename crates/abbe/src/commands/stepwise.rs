@@ -4,7 +4,7 @@ use super::Answer;
 use super::run::{BUFFER, Input, bar, look_at, outputs};
 use super::run_report::Report;
 use super::stepwise_report::StepwiseReport;
-use crate::cli::Run;
+use crate::cli::{Run, StepSize};
 use crate::failure::Failure;
 use crate::folder;
 use crate::preset::Preset;
@@ -18,26 +18,34 @@ use std::io::{self, BufReader, Seek as _};
 
 /// The grid that is asked for.
 pub(super) fn grid(preset: &Preset, asked: &Run) -> Option<Grid> {
-    let step = asked.stepwise?.unwrap_or_else(|| Grid::count_of(preset));
+    let step = match asked.stepwise? {
+        StepSize::Count => Grid::count_of(preset),
+        StepSize::Of(step) => step,
+    };
     Some(Grid::new(step, asked.chord_tolerance))
 }
 
 /// A whole program without a stage.
-pub(super) fn on_paper(preset: &Preset, asked: &Run, name: &str, input: Input) -> Result<Answer, Failure> {
+pub(super) fn on_paper(
+    preset: &Preset,
+    asked: &Run,
+    grid: Grid,
+    name: &str,
+    input: &Input,
+) -> Result<Answer, Failure> {
     if asked.source.compensation.is_some() {
         return Err(Failure::usage(
             "--compensation is for a stage: on paper nothing is corrected; add --twin, or leave it out",
         ));
     }
-    let Some(grid) = grid(preset, asked) else { return Err(Failure::usage("--stepwise is not given")) };
     let _folders = outputs(asked)?;
     let percent = asked.feed_rate.unwrap_or(100);
-    let checked = look_at(preset, percent, name, &input)?;
+    let checked = look_at(preset, percent, name, input)?;
     Report { name, preset, checked: &checked }.errors_only()?;
     let mut trace = asked.trace.as_deref().map(Trace::new).transpose()?;
     let mut picture = asked.plot.is_some().then(Picture::default);
     let surveyor = Surveyor::new(preset, percent, grid, false).showing(trace.as_mut(), picture.as_mut());
-    let survey = go_through(surveyor, preset, name, &input)?;
+    let survey = go_through(surveyor, preset, name, input)?;
     if let Some(trace) = trace {
         trace.done()?;
     }

@@ -19,7 +19,7 @@ pub(crate) mod picture;
 pub(crate) mod stage;
 pub(crate) mod survey;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 pub(crate) mod trace;
 pub(crate) mod truth;
 pub(crate) mod walk;

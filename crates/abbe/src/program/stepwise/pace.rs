@@ -2,7 +2,7 @@
 //!
 //! A step of a stage begins and ends at rest, within its limits, as each pulse of paper A's motors does. The least time of
 //! one bounds the feed: no step begins before the last has ended. Not chosen: a constant speed from step to step. Its
-//! jumps of speed ask for a thousand times the jerk that the stage is allowed.
+//! jumps of speed ask for many times the jerk that the stage is allowed.
 
 use super::Grid;
 use crate::program::steps::feed;
@@ -44,9 +44,9 @@ impl Pace {
         for _ in 0..60 {
             let middle = f64::midpoint(low, high);
             if lasts(self.step, &Limits { speed: middle, ..*limits }) > ticks {
-                low = middle
+                low = middle;
             } else {
-                high = middle
+                high = middle;
             }
         }
         high
@@ -54,7 +54,7 @@ impl Pace {
 }
 
 /// Ticks of the fastest motion from rest to rest; infinite if there is none.
-fn lasts(way: f64, limits: &Limits) -> f64 {
+pub(super) fn lasts(way: f64, limits: &Limits) -> f64 {
     let end = State { position: way, ..State::default() };
     Transfer::fastest(State::default(), end, limits).map_or(f64::INFINITY, |transfer| transfer.ticks())
 }

@@ -55,8 +55,10 @@ impl Picture {
     /// Where no steps lead.
     pub(super) fn come_to(&mut self, point: [f64; 2]) {
         self.recent.clear();
-        if let Some(large) = &mut self.large {
-            large.more = 0;
+        match &mut self.large {
+            Some(large) => large.more = 0,
+            // No step was made yet: how it came there does not matter.
+            None => self.whole.clear(),
         }
         self.keep([point, point]);
         self.recent.push_back(([point, point], None));

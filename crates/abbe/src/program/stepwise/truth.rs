@@ -95,17 +95,18 @@ impl Truth {
     fn nearest_of_sine(&self, point: [f64; 2], chord: f64, chords: f64) -> [f64; 2] {
         const TRIED: i32 = 12;
         const NARROWED: usize = 40;
-        let part = |chord: f64| (chord / chords).clamp(0.0, 1.0);
-        let off = |chord: f64| distance(point, self.of_sine(part(chord)));
+        // Where it ends the search does: beyond, all places would be alike.
+        let within = |chord: f64| chord.clamp(0.0, chords);
+        let off = |chord: f64| distance(point, self.of_sine(chord / chords));
         let width = 1.5 / f64::from(TRIED);
-        let tried = (-TRIED..=TRIED).map(|n| chord + width * f64::from(n));
+        let tried = (-TRIED..=TRIED).map(|n| within(chord + width * f64::from(n)));
         let near = tried.min_by(|&one, &other| off(one).total_cmp(&off(other))).unwrap_or(chord);
-        let (mut low, mut high) = (near - width, near + width);
+        let (mut low, mut high) = (within(near - width), within(near + width));
         for _ in 0..NARROWED {
             let third = (high - low) / 3.0;
             if off(low + third) <= off(high - third) { high -= third } else { low += third }
         }
-        self.of_sine(part(f64::midpoint(low, high)))
+        self.of_sine(f64::midpoint(low, high) / chords)
     }
 
     /// After a part of the way along the line.
