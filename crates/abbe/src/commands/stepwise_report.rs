@@ -39,6 +39,7 @@ impl StepwiseReport<'_> {
         let (line, fault) = self.survey.first_fast?;
         let others = match self.survey.fast {
             1 => String::new(),
+            2 => "; so is 1 motion more".into(),
             motions => format!("; so are {} motions more", motions - 1),
         };
         Some(format!("line {line}: {fault}{others}; with --twin this is an error"))

@@ -120,8 +120,8 @@ fn steps_are_told_in_words_and_drawn() {
     for part in [
         "a.nc: the program step by step, on paper, for the stage microscope-100\n",
         "  in steps of 0.1 µm\n",
-        "        2 arc           20000       20000        40000",
-        "        3 line          10000       15000        25000",
+        "        2 arc          20000       20000        40000",
+        "        3 line         10000       15000        25000",
         "that may be; ends exact\n",
         "note: line 2: the feed of 1.000000 mm/s is more than 0.0",
         "with --twin this is an error",

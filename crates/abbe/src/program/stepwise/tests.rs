@@ -89,7 +89,7 @@ fn tiny_arcs_have_their_few_steps() {
 
 #[test]
 fn a_sine_is_as_many_chords_as_its_tolerance_asks_for() {
-    let [sine] = &good("G5.5 X4 Y0 P0.5 L2 Q90 F60\n", 0.1)[..] else { panic!() };
+    let [sine] = &good("G0 Y1\nG5.5 X4 Y1 P0.5 L2 Q90 F60\n", 0.1)[..] else { panic!() };
     let chords = sine.chords.unwrap();
     // A step of tolerance at 5000 steps of amplitude: n ≥ π / 2 asin √(1 / 10 000) = 157.07.
     assert_eq!((chords.per_period, chords.count), (160, 320));
@@ -209,7 +209,7 @@ fn what_has_no_steps_is_told_with_its_line() {
             0.1,
             "line 2: in steps of 0.1 µm: the radius of 0.0500 µm is less than a step",
         ),
-        ("G0 X10 Y10\nG3 X12.0009 Y8 J-2 I0.001 F60\n", 0.1, "steps unequally far from its centre"),
+        ("G0 X10 Y10\nG3 X12.0029 Y8 J-2 I0.001 F60\n", 0.1, "steps unequally far from its centre"),
         ("G1 X100 F60\n", 0.3, "lead to x = 100.000200 mm of the machine, beyond the travel"),
     ] {
         let survey = survey(program, step_um, false);

@@ -72,19 +72,23 @@ impl Truth {
             Shape::Arc { centre, radii, .. } => {
                 let [x, y] = [point[0] - centre[0], point[1] - centre[1]];
                 let away = x.hypot(y).max(f64::MIN_POSITIVE);
-                let radius = radii[0] + (radii[1] - radii[0]) * self.part_of_sweep([x, y]);
+                let part = self.part_of_sweep([x, y]);
+                if part <= 0.0 {
+                    return self.from;
+                }
+                if part >= 1.0 {
+                    return self.to;
+                }
+                let radius = radii[0] + (radii[1] - radii[0]) * part;
                 [centre[0] + radius * x / away, centre[1] + radius * y / away]
             }
             Shape::Sine { chords, .. } => self.nearest_of_sine(point, chord as f64 - 0.5, chords),
         }
     }
 
-    /// How far an arc has turned at a place seen from its centre, 0 … 1; just before its beginning it has not.
+    /// How far an arc has turned at a place seen from its centre, 0 … 1; outside it is at the end that is nearer.
     fn part_of_sweep(&self, [x, y]: [f64; 2]) -> f64 {
-        let Shape::Arc { centre, radii, sweep, counterclockwise } = self.shape else { return 0.0 };
-        if radii[0] == radii[1] {
-            return 0.0;
-        }
+        let Shape::Arc { centre, sweep, counterclockwise, .. } = self.shape else { return 0.0 };
         let begins = (self.from[1] - centre[1]).atan2(self.from[0] - centre[0]);
         let turned = if counterclockwise { y.atan2(x) - begins } else { begins - y.atan2(x) };
         let turned = turned.rem_euclid(TAU);

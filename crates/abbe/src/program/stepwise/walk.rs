@@ -187,7 +187,9 @@ fn about(there: &Move, arc: &Arc, grid: &Grid, ends: [[Counts; 2]; 2]) -> Result
     let aside = distance(true_centre, as_floats(centre));
     let other = true_radii.map(|true_radius| (true_radius - radius).abs());
     let beside = (mismatch / 2.0).max(FRAC_1_SQRT_2);
-    Ok((Shape::Arc(stepped), beside + aside + other[0].max(other[1])))
+    // Points may lie behind an end by what it is rounded.
+    let [begin, end] = rounding(there, grid, ends);
+    Ok((Shape::Arc(stepped), beside + aside + other[0].max(other[1]) + begin.max(end)))
 }
 
 /// The nearest point, unless the ends are too unequally far from it and less so from one of its neighbours.
