@@ -11,6 +11,7 @@ use crate::program::lines::Lines;
 use crate::program::summary::Kind;
 use abbe_core::Pos;
 use abbe_core::plan::Limits;
+use abbe_core::plan::curve::Curve;
 use abbe_proto::gcode::{self, Action, Arc, Corner, Move, Number, Path, Place, Rate, Sine, Turn};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -104,7 +105,7 @@ fn a_sine_is_as_many_chords_as_its_tolerance_asks_for() {
 fn random_motions_keep_to_their_bound() {
     let mut random = Pcg64Mcg::seed_from_u64(7);
     let (mut stepped, mut refused, mut largest) = (0, 0, 0.0_f64);
-    for round in 0..6000 {
+    for round in 0..1500 {
         let grid = Grid::new(Pos::from_um([0.1, 1.0, 7.0][round % 3]), None);
         let there = motion(&mut random, grid.step());
         let Some(curve) = curve(&there) else { continue };
@@ -127,6 +128,7 @@ fn random_motions_keep_to_their_bound() {
             })
             .collect();
         let apart = curve.length() / grid.step().pm() as f64 / 4000.0;
+        let is_gentle = is_gentle(&there, &curve, grid.step());
         let mut number = 0;
         while walk.next().is_some() {
             let point = super::as_floats(walk.at());
@@ -137,18 +139,34 @@ fn random_motions_keep_to_their_bound() {
             if number % 97 == 1 {
                 let found = samples.iter().map(|&sample| distance(point, sample)).fold(f64::MAX, f64::min);
                 let on = samples.iter().map(|&sample| distance(nearest, sample)).fold(f64::MAX, f64::min);
-                assert!(
-                    (found - off).abs() <= apart + 1e-3 && on <= apart + 1e-3,
-                    "{there:?}: {found} {off} {on}"
-                );
+                let near = apart + 1e-3;
+                assert!(found <= off + near && on <= near, "{there:?}: {found} {off} {on}");
+                // Where it bends sharply another part of it may be nearer than the one that the point belongs to.
+                assert!(!is_gentle || off <= found + near, "{there:?}: {found} {off}");
             }
         }
         assert!(beside <= begun.bound + 1e-6, "{there:?}: {beside} of {}", begun.bound);
         assert_eq!(walk.at(), grid.nearest(there.to), "{there:?}");
-        largest = largest.max(begun.bound);
+        // A sine about a line that is short for its crests may be turned by much.
+        if !matches!(there.path, Path::Sine(_)) {
+            largest = largest.max(begun.bound);
+        }
         stepped += 1;
     }
-    assert!(stepped > 4000 && refused > 50 && largest < 6.0, "{stepped} {refused} {largest}");
+    assert!(stepped > 1200 && refused > 20 && largest < 8.0, "{stepped} {refused} {largest}");
+}
+
+/// No radius is less than three steps, and that of an arc stays the same.
+fn is_gentle(there: &Move, curve: &Curve, step: Pos) -> bool {
+    let least = curve.bend().map_or(f64::INFINITY, |bend| 1.0 / bend.curvature);
+    let is_even = match there.path {
+        Path::Arc(arc) => {
+            let [begin, end] = [there.from, there.to].map(|end| distance(pm(end), pm(arc.centre)));
+            (begin - end).abs() < 1e-3 * step.pm() as f64
+        }
+        _ => true,
+    };
+    least > 3.0 * step.pm() as f64 && is_even
 }
 
 /// Of up to some hundred steps.
@@ -167,7 +185,11 @@ fn motion(random: &mut Pcg64Mcg, step: Pos) -> Move {
             let centre = [from[0] + centre[0], from[1] + centre[1]];
             let radius = distance(pm(from), pm(centre));
             let angle = random.random_range(0.0..std::f64::consts::TAU);
-            let wrong = radius + random.random_range(-2.0..2.0) * step.pm() as f64;
+            let wrong = if random.random_bool(0.5) {
+                radius
+            } else {
+                radius + random.random_range(-2.0..2.0) * step.pm() as f64
+            };
             let end = [
                 centre[0] + Pos::from_pm((wrong * angle.cos()) as i64),
                 centre[1] + Pos::from_pm((wrong * angle.sin()) as i64),
@@ -210,7 +232,7 @@ fn what_has_no_steps_is_told_with_its_line() {
             "line 2: in steps of 0.1 µm: the radius of 0.0500 µm is less than a step",
         ),
         ("G0 X10 Y10\nG3 X12.0029 Y8 J-2 I0.001 F60\n", 0.1, "steps unequally far from its centre"),
-        ("G1 X100 F60\n", 0.3, "lead to x = 100.000200 mm of the machine, beyond the travel"),
+        ("G1 X100 F60\n", 0.6, "lead to x = 100.000200 mm of the machine, beyond the travel"),
     ] {
         let survey = survey(program, step_um, false);
         let [found] = &survey.checked.errors[..] else { panic!("{program}: {:?}", survey.checked) };
