@@ -5,7 +5,7 @@ mod run;
 mod sweep;
 
 pub(crate) use encoder::{Encoder, Method};
-pub(crate) use run::Run;
+pub(crate) use run::{Run, StepSize};
 pub(crate) use sweep::Sweep;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};

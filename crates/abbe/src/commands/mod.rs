@@ -16,6 +16,8 @@ mod run;
 mod run_report;
 mod scan;
 mod signals;
+mod stepwise;
+mod stepwise_report;
 mod stitch;
 mod sweep;
 mod sweep_report;

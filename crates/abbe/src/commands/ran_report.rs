@@ -1,6 +1,7 @@
 //! What `abbe run` says of a program that was run.
 
 use super::run_report::Report;
+use super::stepwise_report::StepwiseReport;
 use super::{Answer, signals};
 use crate::failure::{Errors, Failure};
 use crate::preset::Preset;
@@ -18,6 +19,8 @@ pub(super) struct RanReport<'a> {
     pub(super) ran: &'a Ran,
     pub(super) watch: &'a Watch,
     pub(super) rig: &'a Rig,
+    /// What it was on paper, if it was gone through step by step.
+    pub(super) survey: Option<StepwiseReport<'a>>,
 }
 
 impl RanReport<'_> {
@@ -56,6 +59,9 @@ impl RanReport<'_> {
         for (axis, following) in self.watch.following.iter().enumerate() {
             let (axis, most, rms) = (axis_name(axis), following.most_um, following.rms_um());
             _ = writeln!(text, "  {axis:<16}{most:>12.3} µm following error at most, {rms:.3} µm rms");
+        }
+        if let Some(survey) = &self.survey {
+            text.push_str(&survey.text());
         }
         _ = writeln!(text, "\n{}", self.arrived());
         for note in self.notes() {
@@ -112,6 +118,9 @@ impl RanReport<'_> {
         document["following_error_um"] = json!(self.following_error_um());
         document["settle_s"] = json!(arrival.as_ref().map(|arrival| arrival.settle_s));
         document["pauses_without_user"] = json!(unwaited);
+        if let Some(survey) = &self.survey {
+            document["stepwise"] = survey.document();
+        }
         document["signals"] = signals::json(&self.rig.status());
         document
     }

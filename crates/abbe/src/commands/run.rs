@@ -3,6 +3,7 @@
 use super::ran_report::RanReport;
 use super::run_report::Report;
 use super::{Answer, HERE, Wanted};
+use super::{stepwise, stepwise_report::StepwiseReport};
 use crate::cli::Run;
 use crate::failure::Failure;
 use crate::folder::{self, Ready};
@@ -12,6 +13,7 @@ use crate::program::ahead::Ahead;
 use crate::program::check::{Checked, check};
 use crate::program::lines::{Lines, LinesError};
 use crate::program::runner::{Ran, Runner, start_mm};
+use crate::program::stepwise::stage::Division;
 use crate::program::watch::Watch;
 use crate::progress;
 use crate::rig::Rig;
@@ -23,7 +25,7 @@ use std::path::Path;
 use std::time::Duration;
 
 /// Bytes that are read at once.
-const BUFFER: usize = 1 << 16;
+pub(super) const BUFFER: usize = 1 << 16;
 
 /// An input that sends nothing for so long pauses: the stage comes to rest. Until then its time stands still, so that
 /// what a busy machine sends a little late is gone through as if it had been there.
@@ -36,28 +38,35 @@ pub(crate) fn run(preset: &Preset, seed: u64, asked: &Run) -> Result<Answer, Fai
         let checked = look_at(preset, percent, &name, &input)?;
         return Report { name: &name, preset, checked: &checked }.answer();
     }
+    let grid = stepwise::grid(preset, asked);
+    if let Some(grid) = grid.filter(|_| !asked.source.twin) {
+        return stepwise::on_paper(preset, asked, grid, &name, &input);
+    }
     let wanted = Wanted::new(preset, seed, &asked.source)?;
     let _folders = outputs(asked)?;
     if !asked.stream {
         let checked = look_at(preset, percent, &name, &input)?;
         Report { name: &name, preset, checked: &checked }.errors_only()?;
     }
+    let survey = grid.map(|grid| stepwise::survey(preset, percent, grid, &name, &input)).transpose()?;
     let mut rig = wanted.homed(Path::new(HERE))?;
     rig.move_to(start_mm(preset))?;
     rig.ask(Command::FeedRate(percent))?;
     let mut watch = Watch::new(rig.tick_hz(), asked.trace.as_deref(), asked.plot.is_some())?;
-    let ran = go_through(preset, &name, input, &mut rig, &mut watch);
+    let division = grid.map(|grid| Division::new(preset, percent, grid));
+    let ran = go_through(preset, &name, input, &mut rig, &mut watch, division);
     // A run that ended badly is the one that somebody wants to look into, but not one that was called off.
     interrupt::check()?;
     let is_whole = ran.as_ref().is_ok_and(|ran| ran.checked.count == 0);
     if is_whole || watch.has_begun() {
         write(asked, &name, preset, &mut watch)?;
     }
-    RanReport { name: &name, preset, ran: &ran?, watch: &watch, rig: &rig }.answer()
+    let survey = survey.as_ref().map(|survey| StepwiseReport { survey });
+    RanReport { name: &name, preset, ran: &ran?, watch: &watch, rig: &rig, survey }.answer()
 }
 
 /// Where a program comes from.
-enum Input {
+pub(super) enum Input {
     Stdin,
     File(File),
 }
@@ -89,7 +98,7 @@ fn read_once(name: &str) -> Failure {
 }
 
 /// What goes on in a bar.
-fn bar(what: &str, input: &Input) -> io::Result<ProgressBar> {
+pub(super) fn bar(what: &str, input: &Input) -> io::Result<ProgressBar> {
     Ok(match input {
         Input::Stdin => progress::stream(what),
         Input::File(file) => progress::bytes(what, file.metadata()?.len()),
@@ -97,7 +106,7 @@ fn bar(what: &str, input: &Input) -> io::Result<ProgressBar> {
 }
 
 /// Goes through the whole program before anything moves.
-fn look_at(preset: &Preset, percent: u16, name: &str, input: &Input) -> Result<Checked, Failure> {
+pub(super) fn look_at(preset: &Preset, percent: u16, name: &str, input: &Input) -> Result<Checked, Failure> {
     let looked = || -> Result<Checked, LinesError> {
         let bar = bar("checking the program", input)?;
         let advanced = |bytes| bar.inc(bytes);
@@ -121,6 +130,7 @@ fn go_through(
     input: Input,
     rig: &mut Rig,
     watch: &mut Watch,
+    division: Option<Division>,
 ) -> Result<Ran, Failure> {
     let unreadable = |error: io::Error| LinesError::Unreadable(error).of(name);
     let bar = bar("running the program", &input).map_err(unreadable)?;
@@ -137,13 +147,13 @@ fn go_through(
             Ahead::new(file, (!is_regular).then_some(PATIENCE), advanced)
         }
     };
-    let ran = Runner::new(name, preset, rig, watch, asks_user).run(&ahead);
+    let ran = Runner::new(name, preset, rig, watch, asks_user).divided(division).run(&ahead);
     bar.finish_and_clear();
     ran
 }
 
 /// Places for the files that are asked for.
-fn outputs(asked: &Run) -> Result<Vec<Ready>, Failure> {
+pub(super) fn outputs(asked: &Run) -> Result<Vec<Ready>, Failure> {
     if let Some(plot) = asked.plot.as_deref().filter(|plot| plot.extension().is_none_or(|end| end != "svg")) {
         return Err(Failure::usage(format!("--plot {}: the file must end in .svg", plot.display())));
     }

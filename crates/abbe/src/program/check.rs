@@ -9,6 +9,7 @@ use super::course::{Course, curve};
 use super::feed::Feeds;
 use super::lines::{Line, Lines, LinesError};
 use super::steps::feed;
+use super::stepwise::survey::Fault;
 use super::summary::Summary;
 use super::travel::{Breach, Told, Travel};
 use crate::preset::{Controller, Preset};
@@ -42,6 +43,8 @@ pub(crate) enum What {
     NoCurve,
     /// A motion that takes longer than one may, s.
     Slow { takes_s: f64, most_s: f64 },
+    /// A motion that cannot be gone through step by step.
+    Stepwise(Fault),
 }
 
 /// A motion may take so many ticks: its times are numbers that have to fit.
@@ -53,6 +56,7 @@ impl fmt::Display for What {
             Self::Refused(fault) => fault.fmt(f),
             Self::OutOfTravel { breach, action } => Told(breach, action).fmt(f),
             Self::NoCurve => Refusal::NoCurve.fmt(f),
+            Self::Stepwise(fault) => fault.fmt(f),
             Self::Slow { takes_s, most_s } => write!(
                 f,
                 "the motion takes {takes_s:.0} s, at its feed or where it bends most, and one may take {most_s:.0} s; \
@@ -206,7 +210,7 @@ impl Check {
         self.find(Found { line, column: Some(error.column), what: What::Refused(error.fault) });
     }
 
-    fn find(&mut self, found: Found) {
+    pub(super) fn find(&mut self, found: Found) {
         self.checked.count += 1;
         if self.checked.errors.len() < MOST {
             self.checked.errors.push(found);

@@ -13,6 +13,7 @@
 //! | [`runner`] | a program on a stage |
 //! | [`watch`] | what the stage shows meanwhile, tick by tick |
 //! | [`picture`] | the same drawn |
+//! | [`stepwise`] | a program as paper A goes through it, step by step |
 
 pub(crate) mod ahead;
 pub(crate) mod check;
@@ -22,6 +23,7 @@ pub(crate) mod lines;
 pub(crate) mod picture;
 pub(crate) mod runner;
 pub(crate) mod steps;
+pub(crate) mod stepwise;
 pub(crate) mod summary;
 #[cfg(test)]
 mod tests;

@@ -86,7 +86,7 @@ fn keep_outermost(group: &mut Vec<Sample>) {
     group.retain(|_| kept.next().unwrap_or(false));
 }
 
-type Points = Vec<(f64, f64)>;
+pub(super) type Points = Vec<(f64, f64)>;
 
 impl Thinned {
     /// The picture as SVG.
@@ -156,13 +156,13 @@ impl Thinned {
 }
 
 /// The lowest and the highest of some numbers.
-fn ends(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
+pub(super) fn ends(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
     let (low, high) = numbers
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), number| (low.min(number), high.max(number)));
     if low <= high { (low, high) } else { (0.0, 0.0) }
 }
 
-fn curve(panel: &mut Panel<'_, '_>, points: Points, pen: ShapeStyle, name: &str) -> Drawn {
+pub(super) fn curve(panel: &mut Panel<'_, '_>, points: Points, pen: ShapeStyle, name: &str) -> Drawn {
     panel
         .draw_series(LineSeries::new(points, pen))?
         .label(name)
@@ -170,7 +170,7 @@ fn curve(panel: &mut Panel<'_, '_>, points: Points, pen: ShapeStyle, name: &str)
     Ok(())
 }
 
-fn mesh(panel: &mut Panel<'_, '_>, [across, up]: [&str; 2], [width, height]: [f64; 2]) -> Drawn {
+pub(super) fn mesh(panel: &mut Panel<'_, '_>, [across, up]: [&str; 2], [width, height]: [f64; 2]) -> Drawn {
     panel
         .configure_mesh()
         .x_desc(across)

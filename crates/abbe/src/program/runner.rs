@@ -4,6 +4,7 @@ use super::ahead::{Ahead, Next};
 use super::check::{Check, Checked};
 use super::lines::{Line, LinesError};
 use super::steps::segments;
+use super::stepwise::stage::Division;
 use super::travel::Travel;
 use super::watch::Watch;
 use crate::failure::Failure;
@@ -50,6 +51,8 @@ pub(crate) struct Runner<'a> {
     check: Check,
     /// Whoever is waited for sits at a terminal.
     asks_user: bool,
+    /// Motions are gone through step by step.
+    division: Option<Division>,
     /// A motion was begun, and its arrival was not looked at.
     moves: bool,
     ticks: u64,
@@ -76,6 +79,7 @@ impl<'a> Runner<'a> {
             watch,
             check: Check::new(preset, percent),
             asks_user: asks_user && io::stdin().is_terminal(),
+            division: None,
             moves: false,
             ticks: 0,
             segments: 0,
@@ -83,6 +87,12 @@ impl<'a> Runner<'a> {
             arrival: None,
             unwaited: 0,
         }
+    }
+
+    /// Step by step, if a division is given.
+    pub(crate) fn divided(mut self, division: Option<Division>) -> Self {
+        self.division = division;
+        self
     }
 
     /// Goes through a program, up to its end or to a line with an error; then the stage has arrived.
@@ -134,9 +144,14 @@ impl<'a> Runner<'a> {
         if let Some(Action::Dwell { nanoseconds }) = effect.action {
             self.dwell(nanoseconds)?;
         }
-        let tick_hz = self.rig.tick_hz();
-        for segment in effect.action.iter().flat_map(|action| segments(action, tick_hz)) {
-            self.go(line, segment)?;
+        if let Some(action) = &effect.action {
+            let segments: Box<dyn Iterator<Item = Segment>> = match &self.division {
+                Some(division) => division.segments(action),
+                None => Box::new(segments(action, self.rig.tick_hz())),
+            };
+            for segment in segments {
+                self.go(line, segment)?;
+            }
         }
         if effect.flow == Some(Flow::Pause) {
             self.wait_for_user(line)?;

@@ -33,7 +33,7 @@ impl Kind {
         }
     }
 
-    fn of(action: &Action) -> Option<Self> {
+    pub(super) fn of(action: &Action) -> Option<Self> {
         match action {
             Action::Reference { .. } => Some(Self::Reference),
             Action::Move(there) => Some(match (there.path, there.rate) {

@@ -23,5 +23,6 @@ mod recordings;
 mod runs;
 mod signals;
 mod stage;
+mod stepwise;
 mod sweeps;
 mod usage;

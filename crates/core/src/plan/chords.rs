@@ -78,13 +78,32 @@ impl From<TooFar> for WaveError {
     }
 }
 
-/// The chords of a [`Wave`], one line after the other. Floats: between ticks, not in one.
+/// A sine about the straight line from where it begins to another place, whole periods of it, in any direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Swing {
+    /// Where it ends.
+    pub to: [Counts; 2],
+    /// Half the height from crest to crest, counts; above zero it begins to the left of the line. A part of a count counts.
+    pub amplitude: f64,
+    /// How many periods, at least one.
+    pub periods: u32,
+    /// Where it begins, 2⁻³² of a period: 0 is a sine, 2³⁰ a cosine.
+    pub phase: u32,
+}
+
+/// The chords of a [`Wave`] or a [`Swing`], one line after the other. Floats: between ticks, not in one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Chords {
-    wave: Wave,
     from: [Counts; 2],
+    to: [Counts; 2],
+    /// From the line to a crest, in each axis.
+    across: [f64; 2],
+    /// Where it begins, 2⁻³² of a period.
+    phase: u32,
     per_period: u32,
+    /// Of the whole sine.
+    count: u64,
     /// Chords that were handed out.
     done: u64,
     /// Where the last one ended.
@@ -97,13 +116,44 @@ impl Chords {
     /// # Errors
     /// A point of the wave beyond ± [`FARTHEST`](super::compare::FARTHEST), or no such tolerance.
     pub fn new(wave: &Wave, from: [Counts; 2], tolerance: f64) -> Result<Self, WaveError> {
+        let gone = Counts::new(wave.period.get().saturating_mul(i64::from(wave.periods)));
+        let (amplitude, [x, y]) = (wave.amplitude.get() as f64, from);
+        let (to, across) = match wave.along {
+            Axis::X => ([x + gone, y], [0.0, amplitude]),
+            Axis::Y => ([x, y + gone], [amplitude, 0.0]),
+        };
+        Self::between(from, to, across, [wave.periods, wave.phase], tolerance)
+    }
+
+    /// The same of a sine about a line.
+    ///
+    /// # Errors
+    /// As of [`Chords::new`].
+    pub fn swinging(swing: &Swing, from: [Counts; 2], tolerance: f64) -> Result<Self, WaveError> {
+        let [x, y] = way(from, swing.to);
+        let length = libm::hypot(x, y);
+        let left = if length > 0.0 { [-y / length, x / length] } else { [0.0; 2] };
+        let across = left.map(|left| swing.amplitude * left);
+        Self::between(from, swing.to, across, [swing.periods, swing.phase], tolerance)
+    }
+
+    fn between(
+        from: [Counts; 2],
+        to: [Counts; 2],
+        across: [f64; 2],
+        [periods, phase]: [u32; 2],
+        tolerance: f64,
+    ) -> Result<Self, WaveError> {
         if !(tolerance >= FINEST && tolerance.is_finite()) {
             return Err(WaveError::Tolerance(tolerance));
         }
         within_reach(from)?;
-        let per_period = chords_per_period(wave.amplitude, tolerance);
-        let chords = Self { wave: *wave, from, per_period, done: 0, reached: from };
-        if wave.periods > 0 {
+        let [x, y] = across;
+        let per_period = chords_per_period(libm::hypot(x, y), tolerance);
+        let count = u64::from(per_period).saturating_mul(u64::from(periods));
+        let chords = Self { from, to, across, phase, per_period, count, done: 0, reached: from };
+        if periods > 0 {
+            within_reach(to)?;
             chords.crests().into_iter().try_for_each(|crest| within_reach(crest).map(drop))?;
         }
         Ok(chords)
@@ -114,9 +164,16 @@ impl Chords {
         self.per_period
     }
 
+    /// How far a chord is from the sine at most, before its ends are rounded, counts: the tolerance or less.
+    pub fn farthest(&self) -> f64 {
+        let [x, y] = self.across;
+        let half = libm::sin(PI / (2.0 * f64::from(self.per_period)));
+        2.0 * libm::hypot(x, y) * half * half
+    }
+
     /// Chords still to go.
     pub fn remaining(&self) -> u64 {
-        u64::from(self.per_period).saturating_mul(u64::from(self.wave.periods)).saturating_sub(self.done)
+        self.count.saturating_sub(self.done)
     }
 
     /// The next chord; `None` at the end. One that is shorter than a count may have no steps.
@@ -133,51 +190,42 @@ impl Chords {
 
     /// Where chord number `chord` ends; 0 is the start.
     fn end_of(&self, chord: u64) -> [Counts; 2] {
-        let per_period = u64::from(self.per_period);
-        let (periods, part) =
-            (chord.checked_div(per_period).unwrap_or(0), chord.checked_rem(per_period).unwrap_or(0));
-        let swing = self.swing(part).saturating_sub(self.swing(0));
-        self.place(self.gone(periods, part), swing)
-    }
-
-    /// The way along after whole periods and some chords.
-    fn gone(&self, periods: u64, part: u64) -> i64 {
-        let (period, per_period) = (self.wave.period.get(), i64::from(self.per_period));
-        // A period and a number of chords have 31 bits at most.
-        let twice = period.saturating_mul(part as i64).saturating_mul(2).saturating_add(per_period);
-        let begun = twice.checked_div_euclid(per_period.saturating_mul(2)).unwrap_or(0);
-        period.saturating_mul(periods as i64).saturating_add(begun)
-    }
-
-    /// A sin θ after some chords of a period, in whole counts.
-    fn swing(&self, part: u64) -> i64 {
-        let turns = part as f64 / f64::from(self.per_period) + f64::from(self.wave.phase) / 4_294_967_296.0;
-        let turns = if turns >= 1.0 { turns - 1.0 } else { turns };
-        libm::round(self.wave.amplitude.get() as f64 * libm::sin(TAU * turns)) as i64
-    }
-
-    /// A point by its way along from the start, and across.
-    fn place(&self, along: i64, across: i64) -> [Counts; 2] {
-        let (along, across) = (Counts::new(along), Counts::new(across));
-        let [x, y] = self.from;
-        match self.wave.along {
-            Axis::X => [x + along, y + across],
-            Axis::Y => [x + across, y + along],
+        if chord == self.count {
+            return self.to;
         }
+        let part = chord.checked_rem(u64::from(self.per_period)).unwrap_or(0);
+        self.place(chord as f64 / self.count as f64, self.height(part) - self.height(0))
     }
 
-    /// What lies farthest: one crest at the start, the other at the end.
-    fn crests(&self) -> [[Counts; 2]; 2] {
-        let (amplitude, begun) = (self.wave.amplitude.get(), self.swing(0));
-        let end = self.wave.period.get().saturating_mul(i64::from(self.wave.periods));
-        let [up, down] = [amplitude, amplitude.saturating_neg()].map(|crest| crest.saturating_sub(begun));
-        [self.place(0, up), self.place(end, down)]
+    /// sin θ after some chords of a period.
+    fn height(&self, part: u64) -> f64 {
+        let turns = part as f64 / f64::from(self.per_period) + f64::from(self.phase) / 4_294_967_296.0;
+        libm::sin(TAU * if turns >= 1.0 { turns - 1.0 } else { turns })
+    }
+
+    /// A point by the part of the way along that is gone and its height across, in whole counts.
+    fn place(&self, gone: f64, height: f64) -> [Counts; 2] {
+        let ([x, y], [way_x, way_y], [across_x, across_y]) =
+            (self.from, way(self.from, self.to), self.across);
+        let rounded = |number: f64| Counts::new(libm::round(number) as i64);
+        [x + rounded(gone * way_x + height * across_x), y + rounded(gone * way_y + height * across_y)]
+    }
+
+    /// What lies farthest: one crest and the other, at both ends.
+    fn crests(&self) -> [[Counts; 2]; 4] {
+        let begun = self.height(0);
+        [(0.0, 1.0), (0.0, -1.0), (1.0, 1.0), (1.0, -1.0)]
+            .map(|(gone, crest)| self.place(gone, crest - begun))
     }
 }
 
+/// From one point to another.
+fn way([x, y]: [Counts; 2], [to_x, to_y]: [Counts; 2]) -> [f64; 2] {
+    [to_x.get().saturating_sub(x.get()) as f64, to_y.get().saturating_sub(y.get()) as f64]
+}
+
 /// The smallest multiple of four with which no chord is farther than `tolerance` from a sine of that amplitude.
-fn chords_per_period(amplitude: Counts, tolerance: f64) -> u32 {
-    let amplitude = libm::fabs(amplitude.get() as f64);
+fn chords_per_period(amplitude: f64, tolerance: f64) -> u32 {
     // From 4 A on, and without any amplitude, four chords do: sin²(H/2) is limited to 1.
     let sine = libm::sqrt((tolerance / (2.0 * amplitude)).min(1.0));
     let quarter = libm::ceil(PI / (8.0 * libm::asin(sine)));

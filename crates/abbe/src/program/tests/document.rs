@@ -35,3 +35,13 @@ fn the_program_in_the_document_fits_the_stage() {
     let checked = checked(program.as_bytes());
     assert_eq!((checked.count, checked.feeds.limited.len(), checked.summary.ends), (0, 0, true));
 }
+
+/// The error of steps that are too fast, as a run on a stage tells it.
+#[test]
+fn the_document_says_what_steps_cannot_do() {
+    let survey = crate::program::stepwise::tests::survey("G1 X10 F60\n", 0.1, true);
+    let said = format!("\nfield.nc, {}\n", survey.checked.errors[0]);
+    assert!(DOCUMENT.contains(&said), "docs/gcode.md must say: {said}");
+    let said = format!("the first {} motions one by one.", crate::program::stepwise::survey::MOST);
+    assert!(DOCUMENT.contains(&said), "docs/gcode.md must say: {said}");
+}

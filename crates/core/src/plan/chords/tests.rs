@@ -40,7 +40,7 @@ fn no_chord_is_farther_than_the_tolerance_and_four_fewer_would_be() {
     for _ in 0..200_000 {
         let amplitude = 2f64.powf(random.random_range(0.0..30.0)).round();
         let tolerance = 10f64.powf(random.random_range(-3.0..4.0));
-        let n = chords_per_period(Counts::new(amplitude as i64), tolerance);
+        let n = chords_per_period(amplitude, tolerance);
         let angle = TAU / f64::from(n);
         // What sines of 10⁻¹⁶ leave of a difference.
         let allowed = tolerance * (1.0 + 1e-9) + amplitude * 1e-15;
@@ -76,14 +76,15 @@ fn every_point_is_near_the_sine() {
         let period = random.random_range(-300..300);
         let wave = wave(random.random_range(1..200), period, 2, random.random());
         let mut chords = Chords::new(&wave, counts(0, 0), tolerance).unwrap();
-        let (centre, per_period) = (-chords.swing(0), f64::from(chords.per_period()));
+        let centre = -(wave.amplitude.get() as f64) * chords.height(0);
+        let per_period = f64::from(chords.per_period());
         let mut at = counts(0, 0);
         let mut chord = 0.5;
         while let Some(mut line) = chords.next_line() {
             while let Some(step) = line.next_step() {
                 at = step.from(at);
                 let point = at.map(|count| count.get() as f64);
-                let off = distance(&wave, centre as f64, point, chord / per_period, 1.0 / per_period);
+                let off = distance(&wave, centre, point, chord / per_period, 1.0 / per_period);
                 worst = worst.max(off - tolerance);
                 // Between two places that are tried lies a 200th of a chord.
                 let between = 0.005 * (period.abs() as f64 + TAU * wave.amplitude.get() as f64) / per_period;
@@ -148,6 +149,45 @@ fn other_axes_other_ways_and_swings_on_the_spot() {
     assert!(back[1][1].get() < 20);
     assert_eq!(Chords::new(&wave(0, 400, 1, 0), from, 0.5).unwrap().per_period(), 4);
     assert_eq!(Chords::new(&wave(50, 400, 0, 0), from, 0.5).unwrap().next_line(), None);
+}
+
+/// About a line in any direction, with an amplitude that is no whole number of counts: a rotated sine, from end to end.
+#[test]
+fn a_swing_about_any_line_is_near_its_sine_and_ends_exactly() {
+    let mut random = Pcg64Mcg::seed_from_u64(888);
+    for _ in 0..60 {
+        let (tolerance, from) = (0.5, counts(random.random_range(-50..50), 7));
+        let to = counts(random.random_range(60..900), random.random_range(-900..900));
+        let (amplitude, periods) = (random.random_range(-90.0..90.0), random.random_range(1..4));
+        let swing = Swing { to, amplitude, periods, phase: random.random() };
+        let mut chords = Chords::swinging(&swing, from, tolerance).unwrap();
+        assert!(chords.farthest() <= tolerance);
+        let count = chords.remaining() as f64;
+        let ([x, y], [way_x, way_y]) = (from.map(|count| count.get() as f64), way(from, to));
+        let length = way_x.hypot(way_y);
+        let begin = f64::from(swing.phase) / 4_294_967_296.0;
+        let sine = |gone: f64| {
+            let turns = begin + gone * f64::from(periods);
+            let left = amplitude * ((TAU * turns).sin() - (TAU * begin).sin()) / length;
+            [x + gone * way_x - left * way_y, y + gone * way_y + left * way_x]
+        };
+        let (mut at, mut chord) = (from, 0.5);
+        while let Some(mut line) = chords.next_line() {
+            while let Some(step) = line.next_step() {
+                at = step.from(at);
+                let [x, y] = at.map(|count| count.get() as f64);
+                let off = (-200..=200).fold(f64::MAX, |nearest, n| {
+                    let [sine_x, sine_y] = sine((chord + f64::from(n) / 200.0) / count);
+                    nearest.min((sine_x - x).hypot(sine_y - y))
+                });
+                let steep = length + TAU * amplitude.abs() * f64::from(periods);
+                let between = 0.005 * steep / count;
+                assert!(off <= tolerance + std::f64::consts::SQRT_2 + between, "{swing:?} {off}");
+            }
+            chord += 1.0;
+        }
+        assert_eq!(at, to);
+    }
 }
 
 #[test]
