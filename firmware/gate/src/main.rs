@@ -21,7 +21,7 @@ use abbe_core::front::compare::{Counted, Fired, Places, PlacesError, Sampled, Wh
 use abbe_core::front::quadrature::{FilterError, filter_for, levels};
 use abbe_core::front::{Decode, DecoderWords, QuadratureCounter, Runs, Setup, StepEmitter, emitter};
 use abbe_core::machine::{Event, State, transition};
-use abbe_core::plan::chords::{Chords, Wave, WaveError};
+use abbe_core::plan::chords::{Chords, Swing, Wave, WaveError};
 use abbe_core::plan::compare::{Arc, Axis, Circle, CircleError, Line, Step, TooFar, Turn};
 use abbe_core::plan::corner::Corner;
 use abbe_core::plan::curve::{self, Curve};
@@ -194,13 +194,16 @@ fn point_by_point() {
     }
     let (amplitude, period) = black_box((Counts::ZERO, Counts::ZERO));
     let wave = black_box(Wave { along: Axis::X, amplitude, period, periods: 1, phase: 2 });
-    match Chords::new(&wave, from, black_box(1.0)) {
-        Ok(chords) => {
-            let mut chords = black_box(chords);
-            black_box(&chords.next_line());
-            black_box((chords.per_period(), chords.remaining()));
+    let swing = black_box(Swing { to, amplitude: 1.0, periods: 1, phase: 2 });
+    for chords in [Chords::new(&wave, from, black_box(1.0)), Chords::swinging(&swing, from, black_box(1.0))] {
+        match chords {
+            Ok(chords) => {
+                let mut chords = black_box(chords);
+                black_box(&chords.next_line());
+                black_box((chords.per_period(), chords.remaining(), chords.farthest()));
+            }
+            Err(error) => _ = write!(Nowhere, "{}", black_box::<WaveError>(error)),
         }
-        Err(error) => _ = write!(Nowhere, "{}", black_box::<WaveError>(error)),
     }
 }
 
