@@ -163,7 +163,9 @@ fn a_program_is_run_as_it_is_written() {
         assert!((arrived - [0.0, 19.0][axis]).abs() < 0.6e-3, "{name}: {arrived}");
     }
     let svg = fs::read_to_string(dir.path().join("out/field.svg")).unwrap();
-    assert!(svg.contains("<polyline") && svg.contains("following error / µm") && svg.contains("measured"));
+    for words in ["<polyline", "following error of x / µm", "following error of y / µm", "measured"] {
+        assert!(svg.contains(words), "{words}");
+    }
     assert_eq!(everything_in(dir.path()).len(), 4, "program, folder, trace and plot");
 }
 
