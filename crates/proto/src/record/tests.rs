@@ -578,7 +578,7 @@ fn a_replay_ends_where_the_run_did_and_proves_every_tick() {
         }
     }
     assert_eq!((replay.ticks(), replay.proven()), (ticks, ticks));
-    assert_eq!((plans, refused, proofs), (8, 1, ticks / HASH_TICKS + 1));
+    assert_eq!((plans, refused, proofs), (9, 1, ticks / HASH_TICKS + 1));
     assert_eq!(again.status(), status);
 }
 
