@@ -70,6 +70,8 @@ pub struct Asked<const N: usize> {
     pub percent: u16,
     /// Limits of each axis.
     pub limits: [Limits; N],
+    /// Lowest and highest place of each axis.
+    pub travel: [[Pos; 2]; N],
     /// Room for spans.
     pub room: usize,
 }

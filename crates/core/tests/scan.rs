@@ -206,7 +206,7 @@ fn soonest(scan: &Scan, limits: &Limits, ahead: Line, line: Line) -> f64 {
 #[test]
 fn no_turn_takes_a_tick_longer_than_the_soonest() {
     let mut random = Pcg64Mcg::seed_from_u64(2);
-    for _ in 0..20_000 {
+    for _ in 0..100_000 {
         let axes = [STAGE, LITHO].map(|limits| Limits {
             speed: limits.speed * 10_f64.powf(random.random_range(-1.0..1.0)),
             acceleration: limits.acceleration * 10_f64.powf(random.random_range(-1.0..1.0)),

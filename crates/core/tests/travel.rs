@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 mod bench;
+mod tick;
 mod walked;
 
 use abbe_core::plan::segment::{Feed, Segment, Shape};
@@ -10,6 +11,8 @@ use abbe_core::{Command, Pos};
 use bench::{Bench, mm};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use tick::Tick;
+use walked::STAGE;
 
 /// A place so far from the ends of both travels, mm: the lower ones or the upper ones.
 fn inside(from_end: [f64; 2], upper: bool) -> [Pos; 2] {
@@ -73,4 +76,41 @@ fn a_turn_stays_within_the_travel() {
     }
     println!("{worst:?} pm outside, {turns} turns");
     assert!(worst == [0.0; 2], "{worst:?} pm outside");
+}
+
+/// Two arcs that crest 2 nm before the end of the travel meet in a kink between: laid over each other they would cut across it.
+#[test]
+fn curves_laid_over_each_other_stay_within_the_travel() {
+    let (radius, kink, crest): (f64, f64, f64) = (1e9, 0.3, 1e11 - 2e3);
+    let [below, above] = [-1.0, 1.0].map(|side| [crest - radius, 5e10 + side * radius * kink.sin()]);
+    let on = |centre: [f64; 2], angle: f64| {
+        [centre[0] + radius * angle.cos(), centre[1] + radius * angle.sin()]
+            .map(|at| Pos::from_pm(at.round() as i64))
+    };
+    let arc = |centre: [f64; 2], to: f64| Segment {
+        shape: Shape::Arc { centre: centre.map(|at| Pos::from_pm(at as i64)), counterclockwise: true },
+        to: on(centre, to),
+        feed: Feed::RAPID,
+        tolerance: Pos::from_um(200.0),
+    };
+    let chain = [arc(below, kink), arc(above, 1.2)];
+    let farthest = |travel: Option<[[Pos; 2]; 2]>| {
+        let mut tick = Tick::new(on(below, -1.2), [STAGE; 2]);
+        if let Some(travel) = travel {
+            tick.program = tick.program.within(travel);
+        }
+        for segment in &chain {
+            tick.program.take(segment).unwrap();
+        }
+        tick.finish();
+        (tick.places.iter().map(|place| place[0]).fold(0.0, f64::max), tick.places.len())
+    };
+    let end = [[Pos::ZERO, Pos::from_mm(100.0)]; 2];
+    let ((free, soon), (within, later)) = (farthest(None), farthest(Some(end)));
+    assert!(free > 1e11 + 1e6, "{free}");
+    assert!(within <= 1e11, "{within}");
+    // As soon as ever where the end of the travel is farther away than the tolerance.
+    let far = farthest(Some([[Pos::ZERO, Pos::from_mm(101.0)]; 2]));
+    assert_eq!(far, (free, soon));
+    assert!(later > soon, "{later} {soon}");
 }

@@ -296,7 +296,8 @@ fn corners(limits: &Limits) {
 
 /// Programs, beside the planner that uses them.
 fn program(limits: &Limits) {
-    let mut program = Program::new(black_box([Pos::ZERO; 2]), [*limits; 2], black_box(1.0), black_box(0));
+    let mut program = Program::new(black_box([Pos::ZERO; 2]), [*limits; 2], black_box(1.0), black_box(0))
+        .within(black_box([[Pos::ZERO; 2]; 2]));
     while black_box(program.has_room()) {
         black_box(program.take(black_box(&Segment::default())).is_ok());
         black_box(program.span(black_box(0)).is_ok());

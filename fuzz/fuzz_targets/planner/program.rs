@@ -57,7 +57,7 @@ pub(crate) fn walked(bytes: &mut Bytes) {
             tick.program.go_on();
         }
     }
-    tick.assert_within(&axes, curves.iter().any(|curve| curve.bend().is_some()), case);
+    assert_within(&tick.places, &axes, case);
     if tick.is_over() {
         let end = tick.places.last().map(|place| pm(*place));
         assert_eq!(end, chain.last().map(|last| last.to), "{}", case());
@@ -77,21 +77,18 @@ struct Tick {
     walkers: [Walker; 2],
     until: Until,
     places: Vec<Place>,
-    /// Numbers of the places at which what was decided was left.
-    cuts: Vec<usize>,
 }
 
 impl Tick {
     fn new(from: Place, axes: [Limits; 2]) -> Self {
         let program = Program::new(pm(from), axes, 1.0, BEGINS.wrapping_add(3));
         let (spans, walkers) = (VecDeque::new(), [Walker::default(); 2]);
-        Self { program, now: BEGINS, spans, walkers, until: Until::Rest, places: vec![from], cuts: vec![0] }
+        Self { program, now: BEGINS, spans, walkers, until: Until::Rest, places: vec![from] }
     }
 
     fn wish(&mut self, ask: impl FnOnce(&mut Program, u32) -> Option<u32>) {
         if let Some(cut) = ask(&mut self.program, self.now.wrapping_add(20)) {
             assert!(cut.wrapping_sub(self.now).cast_signed() > 0, "cut in the past");
-            self.cuts.push(self.places.len() - 1 + cut.wrapping_sub(self.now) as usize);
             self.spans.retain(|span| span.first.wrapping_sub(cut).cast_signed() < 0);
         }
     }
@@ -120,20 +117,6 @@ impl Tick {
         }
         self.places.push(self.walkers.map(|walker| walker.position().pm() as f64));
         Ok(())
-    }
-
-    /// Where the cubics of a bent curve are left between their ends they may be 10 pm beside it.
-    fn assert_within(&mut self, axes: &[Limits; 2], is_bent: bool, case: impl Fn() -> String) {
-        if !is_bent {
-            return assert_within(&self.places, axes, case);
-        }
-        self.cuts.push(self.places.len());
-        self.cuts.sort_unstable();
-        for ends in self.cuts.windows(2).filter(|ends| ends[1] <= self.places.len()) {
-            assert_within(&self.places[ends[0]..ends[1]], axes, &case);
-        }
-        let left = |limits: Limits| Limits { jerk: limits.jerk + 2.0 * 10.0, ..limits };
-        assert_within(&self.places, &axes.map(left), case);
     }
 
     fn is_over(&self) -> bool {

@@ -161,6 +161,12 @@ pub(super) fn outputs(asked: &Run) -> Result<Vec<Ready>, Failure> {
         return Err(Failure::usage("--trace and --plot are one file; name another for one of them"));
     }
     let files = [("--trace", &asked.trace), ("--plot", &asked.plot)];
+    let place = |file: &Path| file.canonicalize().ok();
+    for (option, file) in files {
+        if file.as_deref().and_then(place).is_some_and(|there| Some(there) == place(&asked.file)) {
+            return Err(Failure::usage(format!("{option} is the program itself; name another file")));
+        }
+    }
     let wanted = files.into_iter().filter_map(|(option, file)| Some((option, file.as_deref()?)));
     wanted.map(|(option, file)| folder::prepare_file(option, file, asked.force)).collect()
 }

@@ -14,6 +14,7 @@ use crate::program::stepwise::picture::Picture;
 use crate::program::stepwise::survey::{Survey, Surveyor};
 use crate::program::stepwise::trace::Trace;
 use crate::program::travel::Travel;
+use abbe_core::Pos;
 use std::io::{self, BufReader, Seek as _};
 
 /// The grid that is asked for.
@@ -64,6 +65,14 @@ pub(super) fn survey(
     name: &str,
     input: &Input,
 ) -> Result<Survey, Failure> {
+    let start = Travel::of(preset).start();
+    if grid.place(grid.nearest(start)) != start {
+        let [x, y] = start.map(Pos::mm);
+        return Err(Failure::work(format!(
+            "--stepwise: the stage begins at x = {x:.6} mm, y = {y:.6} mm, which is no point of steps of {} µm; take a step that leads there",
+            grid.step().um()
+        )));
+    }
     go_through(Surveyor::new(preset, percent, grid, true), preset, name, input)
 }
 

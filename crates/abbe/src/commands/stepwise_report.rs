@@ -88,7 +88,7 @@ impl StepwiseReport<'_> {
                 text,
                 "  {} chords, each within {} µm of its sine",
                 survey.chords,
-                self.nm(grid.tolerance()) / 1e3
+                (self.nm(grid.tolerance()) * 10.0).round() / 1e4
             );
         }
         _ = writeln!(text, "  {:.3} s at the feeds, with rapids and waits", survey.time_s);

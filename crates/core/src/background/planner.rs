@@ -79,7 +79,8 @@ impl Planner {
         // The first half is for segments that come one by one, the second for planning.
         let origin = asked.now.wrapping_add(2 * PLANNING_TICKS);
         self.number = asked.number;
-        self.work = Work::Program(Program::new(asked.at, asked.limits, rate(asked), origin));
+        let program = Program::new(asked.at, asked.limits, rate(asked), origin).within(asked.travel);
+        self.work = Work::Program(program);
         self.told = Told { revision: asked.revision.wrapping_sub(1), done: false };
     }
 

@@ -116,6 +116,7 @@ impl<const N: usize> Controller<N> {
             stop: self.state == State::Stopping,
             percent: self.program.percent,
             limits: self.config.axes.map(|axis| axis.limits),
+            travel: self.config.axes.map(|axis| [axis.low, axis.high]),
             room: self.path.room(),
         })
     }

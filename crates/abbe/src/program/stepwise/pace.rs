@@ -1,7 +1,8 @@
 //! How long a step takes.
 //!
 //! A step of a stage begins and ends at rest, within its limits, as each pulse of paper A's motors does. The least time of
-//! one bounds the feed: no step begins before the last has ended. Not chosen: a constant speed from step to step. Its
+//! one bounds the feed: no step begins before the last has ended. A program rests at a tick, and sets out at the one behind it,
+//! so a step lasts a tick less than the time from one to the next. Not chosen: a constant speed from step to step. Its
 //! jumps of speed ask for many times the jerk that the stage is allowed.
 
 use super::Grid;
@@ -11,6 +12,11 @@ use abbe_core::plan::curve::Curve;
 use abbe_core::plan::segment::Feed;
 use abbe_core::plan::transfer::{State, Transfer};
 use abbe_proto::gcode::Move;
+
+/// From the tick of a rest to that in which the next step begins.
+const REST: f64 = 1.0;
+/// Part of a tick.
+const ROUNDED: f64 = 0.01;
 
 /// The steps of a stage.
 #[derive(Clone, Copy, Debug)]
@@ -27,15 +33,16 @@ impl Pace {
         Self { limits, step, least: limits.map(|limits| lasts(step, &limits)) }
     }
 
-    /// The least ticks of a step, on the slower one of the axes that take steps.
+    /// The least ticks from step to step, on the slower one of the axes that take steps.
     pub(crate) fn least(&self, steps: [u64; 2]) -> f64 {
         let used = self.least.iter().zip(steps).filter(|(_, steps)| *steps > 0);
-        used.map(|(least, _)| *least).fold(0.0, f64::max)
+        used.map(|(least, _)| least.ceil() + REST).fold(0.0, f64::max)
     }
 
-    /// With this feed a step of x, and one of y, takes so many ticks from rest to rest.
+    /// With this feed a step of x, and one of y, comes so many whole ticks before the next.
     pub(crate) fn feeds(&self, ticks: f64) -> [Feed; 2] {
-        self.limits.map(|limits| Feed::from_pm(self.speed(&limits, ticks)))
+        // A little sooner, or what is rounded ends it a tick later.
+        self.limits.map(|limits| Feed::from_pm(self.speed(&limits, ticks - REST - ROUNDED)))
     }
 
     /// The slower the longer: between the mean speed of such a step and the limit.

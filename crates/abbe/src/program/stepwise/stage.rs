@@ -49,13 +49,17 @@ impl Division {
         let Some((begun, curve)) = begun.zip(curve(there)) else { return Box::new(std::iter::empty()) };
         let ticks = ticks_of(there, &curve, &self.limits, self.tick_hz, self.rate);
         let each = ticks / begun.walk.clone().count().max(1) as f64;
-        // The controller takes its part of them.
-        let feeds = self.pace.feeds(each).map(|feed| Feed::from_pm(feed.pm() / self.rate));
-        let (grid, mut walk) = (self.grid, begun.walk);
+        // Steps begin at ticks: some are a tick longer, so that all together keep to the feed. The controller takes its part of it.
+        let feeds = [each.floor(), each.floor() + 1.0]
+            .map(|ticks| self.pace.feeds(ticks).map(|feed| Feed::from_pm(feed.pm() / self.rate)));
+        let (grid, mut walk, mut done) = (self.grid, begun.walk, 0.0);
         Box::new(std::iter::from_fn(move || {
             let step = walk.next()?;
             let to = grid.place(walk.at());
-            Some(Segment { to, feed: feeds[step.axis.index()], ..Segment::default() })
+            let begins = |number: f64| (number * each).floor();
+            let is_longer = begins(done + 1.0) - begins(done) > each.floor();
+            done += 1.0;
+            Some(Segment { to, feed: feeds[usize::from(is_longer)][step.axis.index()], ..Segment::default() })
         }))
     }
 }

@@ -209,12 +209,12 @@ impl<'a> Surveyor<'a> {
 
     fn act(&mut self, line: u64, action: &Action) -> Result<(), Failure> {
         match action {
-            Action::Move(there) if there.rate == Rate::Rapid => self.rapid(there.from, there.to),
+            Action::Move(there) if there.rate == Rate::Rapid => self.rapid(line, there.from, there.to),
             Action::Move(there) if there.from == there.to && !is_bent(there) => Ok(()),
             Action::Move(there) => self.motion(line, there, action),
             Action::Reference { from, via, to } => {
-                self.rapid(*from, *via)?;
-                self.rapid(*via, *to)
+                self.rapid(line, *from, *via)?;
+                self.rapid(line, *via, *to)
             }
             Action::Dwell { nanoseconds } => {
                 self.time_s += *nanoseconds as f64 / 1e9;
@@ -225,9 +225,13 @@ impl<'a> Surveyor<'a> {
     }
 
     /// As fast as the limits allow, to a point of the steps.
-    fn rapid(&mut self, from: Place, to: Place) -> Result<(), Failure> {
+    fn rapid(&mut self, line: u64, from: Place, to: Place) -> Result<(), Failure> {
         let grid = self.survey.grid;
         let [begin, end] = [from, to].map(|place| grid.nearest(place));
+        if let Some(fault) = self.beyond(end) {
+            self.find(line, fault);
+            return Ok(());
+        }
         let ticks = LinePlan::new(grid.place(begin), grid.place(end), &self.limits).ticks();
         self.time_s += f64::from(ticks) / self.tick_hz;
         self.come_to(end)

@@ -16,6 +16,8 @@ pub(super) struct Block {
     feed: f64,
     /// Of the corner at its end, pm.
     tolerance: f64,
+    /// From its path to the end of the travel, pm.
+    inside: f64,
     /// Along the curve.
     pub(super) limits: Limits,
     /// The highest speed whatever the feed: the acceleration is that of the first feed. With another one, what was decided
@@ -50,6 +52,29 @@ impl Block {
         (numbers && tolerance >= 0.0).then_some(block)
     }
 
+    /// The same within a travel, pm.
+    pub(super) fn within(self, travel: &[[f64; 2]; 2]) -> Self {
+        let mut inside = f64::INFINITY;
+        let mut see = |at: Place| {
+            for (at, [low, high]) in at.into_iter().zip(travel) {
+                inside = inside.min(at - low).min(high - at);
+            }
+        };
+        see(self.curve.spot(0.0).at);
+        see(self.curve.spot(self.curve.length()).at);
+        self.curve.turning_points(&mut see);
+        Self { inside: inside.max(0.0), ..self }
+    }
+
+    /// By how much the corner to the next may be cut: a corner of lines stays between them, but bent curves may leave the travel.
+    fn may_cut(&self, next: &Self) -> f64 {
+        if matches!([self.curve, next.curve], [Curve::Line { .. }, Curve::Line { .. }]) {
+            self.tolerance
+        } else {
+            self.tolerance.min(self.inside).min(next.inside)
+        }
+    }
+
     /// A scan: the curve leads straight to its end.
     pub(super) fn scan(scan: Scan, plan: &ScanPlan) -> Self {
         let curve = Curve::Line { from: place(plan.start()), to: place(plan.end()) };
@@ -76,19 +101,20 @@ impl Block {
     /// Finds how the corner to the next can be passed.
     pub(super) fn meet(&mut self, next: &Self, axes: &[Limits; 2]) {
         (self.corner, self.cap, self.overlap) = (Passage::default(), 0.0, None);
-        if self.tolerance == 0.0 || next.scan.is_some() {
+        let tolerance = self.may_cut(next);
+        if tolerance == 0.0 || next.scan.is_some() {
             return;
         }
         let lines = [self.line(), next.line()];
         // A little less than half, or two corners that meet leave a way that rounding makes less than none.
         let room = (1.0 - ROUNDED) * lines[0].length.min(lines[1].length) / 2.0;
         let curves = [self.curve, next.curve];
-        let fastest = |top| Passage::fastest(curves, axes, top, self.tolerance, room);
+        let fastest = |top| Passage::fastest(curves, axes, top, tolerance, room);
         let rounded = fastest(self.limits.speed.min(next.limits.speed));
         self.cap = fastest(self.top.min(next.top)).speed();
         if let [Curve::Line { from, to: at }, Curve::Line { to, .. }] = curves {
             let ends = [(lines[0].length, &lines[0].limits), (lines[1].length, &lines[1].limits)];
-            self.overlap = Overlap::longest([from, at, to], axes, ends, self.tolerance);
+            self.overlap = Overlap::longest([from, at, to], axes, ends, tolerance);
         }
         let saved = self.overlap.map_or(0.0, |overlap| overlap.ticks());
         self.corner = worth_it(rounded, &lines, saved);

@@ -47,6 +47,8 @@ const FAR: f64 = 16_777_216.0;
 #[derive(Clone, Debug)]
 pub struct Program {
     axes: [Limits; 2],
+    /// Lowest and highest place of each axis, pm.
+    travel: [[f64; 2]; 2],
     /// Part of the feed.
     rate: f64,
     /// Tick from which times are told.
@@ -76,6 +78,7 @@ impl Program {
     pub fn new(from: [Pos; 2], axes: [Limits; 2], rate: f64, origin: u32) -> Self {
         Self {
             axes,
+            travel: [[f64::NEG_INFINITY, f64::INFINITY]; 2],
             rate,
             origin,
             blocks: Ring::default(),
@@ -89,6 +92,14 @@ impl Program {
             state: State::default(),
             held: false,
         }
+    }
+
+    /// The same within a travel, lowest and highest place of each axis. A segment is not looked at: its own path must be inside. But
+    /// curves that are laid over each other where they meet may leave both by the tolerance; near the end of the travel they
+    /// are given less of it, and none at the end itself.
+    #[must_use]
+    pub fn within(self, travel: [[Pos; 2]; 2]) -> Self {
+        Self { travel: travel.map(place), ..self }
     }
 
     /// Whether another segment can be taken.
@@ -111,6 +122,7 @@ impl Program {
         }
         let (feed, tolerance) = (segment.feed.pm(), segment.tolerance.pm() as f64);
         let block = Block::new(curve, feed, tolerance, &self.axes, self.rate).ok_or(Infeasible::NoNumber)?;
+        let block = block.within(&self.travel);
         if let Some(before) = self.blocks.last_mut() {
             before.meet(&block, &self.axes);
         }
