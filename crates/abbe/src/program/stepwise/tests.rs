@@ -245,7 +245,7 @@ fn a_stage_is_refused_what_its_steps_cannot_start_and_stop() {
     let paper = survey("G1 X1 F60\nX2\n", 0.1, false);
     assert_eq!((paper.checked.count, paper.fast), (0, 2));
     let stage = survey("G1 X1 F60\nX2\n", 0.1, true);
-    let told = "line 1: the feed of 1.000000 mm/s is more than 0.018";
+    let told = "line 1: the feed of 1.000000 mm/s is more than 0.0178";
     assert!(stage.checked.count == 2 && stage.checked.errors[0].to_string().starts_with(told), "{stage:?}");
     // As told, and a little more.
     let most = stage.told[0].start_stop_mm_s * 60.0;
@@ -261,12 +261,17 @@ fn a_step_takes_the_time_that_it_is_given() {
         let least = pace.least([1, 1]);
         // Four phases of full jerk, as long as the acceleration is not reached.
         let full_jerk = (32.0 * step_um * 1e6 / limits.jerk).cbrt();
-        assert!(least >= full_jerk * (1.0 - 1e-9) && (step_um > 10.0 || least <= full_jerk * (1.0 + 1e-9)));
+        // To a tick, and another one from the rest there to the next step.
+        assert!(
+            least >= full_jerk + 1.0 && (step_um > 10.0 || least < full_jerk + 2.0),
+            "{least} {full_jerk}"
+        );
         for part in [1.0, 1.5, 20.0] {
             let [feed, _] = pace.feeds(part * least);
             let slowed = Limits { speed: feed.pm(), ..limits };
             let takes = super::pace::lasts(step_um * 1e6, &slowed);
-            assert!((takes / (part * least) - 1.0).abs() < 1e-3, "{takes} of {}", part * least);
+            let left = part * least - 1.0 - takes;
+            assert!((0.0..0.02 + 1e-3 * takes).contains(&left), "{takes} of {}", part * least);
         }
     }
 }
